@@ -1,0 +1,2 @@
+//! The RP2040 image of the exhibit controller.
+fn main() {}

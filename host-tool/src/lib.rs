@@ -1,0 +1,2 @@
+//! Designs, previews, uploads and runs film-stack exhibits.
+#![forbid(unsafe_code)]

@@ -1,0 +1,3 @@
+//! The `vitrine` command.
+#![forbid(unsafe_code)]
+fn main() {}

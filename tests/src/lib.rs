@@ -1,0 +1,2 @@
+//! What spans crates: helpers shared by the tests in this folder.
+#![forbid(unsafe_code)]
