@@ -9,5 +9,17 @@
     deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)
 )]
 
+pub mod controller;
+pub mod duty;
+pub mod events;
+pub mod fader;
+pub mod governor;
+pub mod inputs;
+pub mod interlock;
+pub mod ledger;
+pub mod limits;
 pub mod plan;
 pub mod units;
+pub mod viewer;
+
+pub use controller::{Presence, Snapshot, State, step};

@@ -1,24 +1,27 @@
 //! The plan: everything about one exhibit that is uploaded to its controller.
 
+pub mod calendar;
+mod check;
+
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
-use crate::units::{CentiDegrees, Dose, Irradiance, Level, Milliseconds};
+pub use self::calendar::Calendar;
+pub use self::check::{PlanError, ValidPlan};
+use crate::units::{CentiDegrees, Dose, Irradiance, Level, Milliseconds, PerLamp};
 
 /// The most views a plan holds.
 pub const MAX_VIEWS: usize = 16;
+/// The most points of a lamp's calibration curve.
+pub const MAX_CURVE: usize = 12;
 
 /// The pair of lamp levels that shows one view at its best.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Emphasis {
-    /// Level of the lamp on the viewer's side.
-    pub top: Level,
-    /// Level of the lamp behind the stack.
-    pub bottom: Level,
-}
+pub type Emphasis = PerLamp<Level>;
 
 /// A direction with its pattern.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+///
+/// Views that share a direction are pages of it: the controller turns them in their order.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct View {
     /// The name that exhibit.toml gives it.
     pub id: String<24>,
@@ -31,7 +34,7 @@ pub struct View {
 }
 
 /// What the controller knows of the printed volume.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct VolumeMetadata {
     /// Number of films.
     pub films: u16,
@@ -48,11 +51,9 @@ pub struct VolumeMetadata {
 }
 
 /// What the plan allows; the firmware's own limits override these.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Limits {
-    /// Irradiance of one lamp at full level on the nearest film, measured at commissioning.
-    pub full_level: Irradiance,
-    /// The most irradiance of one lamp.
+    /// The most irradiance of one lamp on its nearest film.
     pub ceiling: Irradiance,
     /// The most dose of one lamp in a day.
     pub daily_dose: Dose,
@@ -64,8 +65,98 @@ pub struct Limits {
     pub rest: Milliseconds,
 }
 
+/// A point of a lamp's calibration curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// The level, linear in irradiance.
+    pub level: Level,
+    /// The duty that gives it, as a part of 65,535.
+    pub duty: u16,
+}
+
+/// What is done with duties below the driver's floor of 1 %.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum BelowFloor {
+    /// The lamp is off.
+    #[default]
+    Cut,
+    /// The floor's duty is given now and then, so that the mean is right.
+    Dither,
+}
+
+/// One lamp as measured at commissioning.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct LampCalibration {
+    /// Irradiance at full level on the nearest film.
+    pub full_level: Irradiance,
+    /// Duty against level, rising, from level 0; empty where duty is level.
+    pub curve: Vec<CurvePoint, MAX_CURVE>,
+    /// What is done below the driver's floor.
+    pub below_floor: BelowFloor,
+}
+
+/// Whose view is shown where several viewers stand at different views.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Policy {
+    /// Who has been there longest.
+    #[default]
+    First,
+    /// Who gives the strongest signal, that is, stands nearest.
+    Nearest,
+    /// All: the pair half-way between the pairs of their views.
+    Shared,
+    /// Each in turn, for `ViewerSettings::turn`.
+    Alternating,
+}
+
+/// What happens to the pair while a viewer walks from one view to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Between {
+    /// The nearest view's pair is kept until another view is nearer.
+    #[default]
+    Nearest,
+    /// The pair follows the bearing along a smooth path through the views' pairs.
+    Smooth,
+}
+
+/// How viewers are followed.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct ViewerSettings {
+    /// Whose view is shown.
+    pub policy: Policy,
+    /// What happens between views.
+    pub between: Between,
+    /// How much nearer another view must be before it is chosen.
+    pub hysteresis: CentiDegrees,
+    /// How long it must have been nearer.
+    pub dwell: Milliseconds,
+    /// The least time that a chosen view is kept.
+    pub least_hold: Milliseconds,
+    /// Within this angle of the boundary between views on either side of an axis the choice does not change.
+    pub dead_zone: CentiDegrees,
+    /// How long each viewer's view is shown under `Policy::Alternating`.
+    pub turn: Milliseconds,
+    /// How long each page of a direction is shown.
+    pub page: Milliseconds,
+    /// The time of a change from one pair to another, over the whole range.
+    pub fade: Milliseconds,
+}
+
+/// What happens when nobody is there.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct PresenceSettings {
+    /// How long the last view is kept after the last viewer has gone.
+    pub hold: Milliseconds,
+    /// How long the idle glow is kept after that; then dark.
+    pub idle: Milliseconds,
+    /// The time of the fade to the idle glow and to dark, over the whole range.
+    pub fade: Milliseconds,
+    /// The part of the neutral pair that is the idle glow.
+    pub idle_level: Level,
+}
+
 /// The plan of one exhibit.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Plan {
     /// The exhibit's name.
     pub name: String<48>,
@@ -75,6 +166,62 @@ pub struct Plan {
     pub views: Vec<View, MAX_VIEWS>,
     /// The pair for nobody in particular.
     pub neutral: Emphasis,
+    /// The lamps as measured.
+    pub lamps: PerLamp<LampCalibration>,
     /// Limits.
     pub limits: Limits,
+    /// How viewers are followed.
+    pub viewer: ViewerSettings,
+    /// What happens when nobody is there.
+    pub presence: PresenceSettings,
+    /// When the exhibit is open.
+    pub calendar: Calendar,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        use crate::limits;
+        Self {
+            ceiling: Irradiance(10_000),
+            daily_dose: limits::DAILY_DOSE,
+            life_dose: limits::LIFE_DOSE,
+            continuous: limits::CONTINUOUS,
+            rest: limits::REST,
+        }
+    }
+}
+
+impl Default for LampCalibration {
+    /// A lamp of 10 W/m² at full level, driven in proportion to it.
+    fn default() -> Self {
+        Self { full_level: Irradiance(10_000), curve: Vec::new(), below_floor: BelowFloor::Cut }
+    }
+}
+
+impl Default for ViewerSettings {
+    fn default() -> Self {
+        Self {
+            policy: Policy::First,
+            between: Between::Nearest,
+            hysteresis: CentiDegrees(400),
+            dwell: Milliseconds(600),
+            least_hold: Milliseconds(1_500),
+            dead_zone: CentiDegrees(500),
+            turn: Milliseconds(8_000),
+            page: Milliseconds(8_000),
+            fade: Milliseconds(300),
+        }
+    }
+}
+
+impl Default for PresenceSettings {
+    /// 20 s of the last view, 5 min of a tenth of the neutral pair, fades of 2 s.
+    fn default() -> Self {
+        Self {
+            hold: Milliseconds(20_000),
+            idle: Milliseconds(300_000),
+            fade: Milliseconds(2_000),
+            idle_level: Level(6_554),
+        }
+    }
 }

@@ -1,0 +1,86 @@
+//! The door interlock: two contacts that must both be closed, and agree.
+
+use serde::{Deserialize, Serialize};
+
+use crate::inputs::{Contact, InterlockLoops};
+use crate::limits;
+use crate::units::Milliseconds;
+
+/// What the interlock allows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum InterlockState {
+    /// At least one loop is open.
+    #[default]
+    Open,
+    /// Both loops are closed, and a re-arm is needed because they have been open.
+    WaitsForRearm,
+    /// Both loops are closed and nothing stands against lighting the lamps.
+    Armed,
+    /// The loops differed for too long; only a re-arm with both closed clears it.
+    Disagrees,
+}
+
+/// Watches both loops.
+#[derive(Clone, Debug, Default)]
+pub struct Interlock {
+    loops: InterlockLoops,
+    open_for: Milliseconds,
+    closed_for: Milliseconds,
+    differ_for: Milliseconds,
+    rearm_needed: bool,
+    disagreed: bool,
+}
+
+impl Interlock {
+    /// An interlock that has not been read yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes the loops as they read now.
+    pub fn update(&mut self, loops: InterlockLoops, elapsed: Milliseconds) {
+        let (a, b) = (loops.a == Contact::Closed, loops.b == Contact::Closed);
+        let timer =
+            |runs: bool, timer: Milliseconds| if runs { timer.plus(elapsed) } else { Milliseconds(0) };
+        self.open_for = timer(!(a && b), self.open_for);
+        self.closed_for = timer(a && b, self.closed_for);
+        self.differ_for = timer(a != b, self.differ_for);
+        self.loops = loops;
+        self.rearm_needed |= self.open_for >= limits::INTERLOCK_OPEN_AFTER;
+        self.disagreed |= self.differ_for > limits::INTERLOCK_DISAGREEMENT;
+    }
+
+    /// Re-arms where both loops have been closed for long enough; tells whether it did.
+    pub fn rearm(&mut self) -> bool {
+        let ready = self.closed_for >= limits::INTERLOCK_CLOSED_FOR;
+        if ready {
+            self.rearm_needed = false;
+            self.disagreed = false;
+        }
+        ready
+    }
+
+    /// What the interlock allows now. A single open reading is obeyed at once; whether it was a bounce only decides
+    /// whether a re-arm is needed afterwards.
+    pub fn state(&self) -> InterlockState {
+        if self.disagreed {
+            InterlockState::Disagrees
+        } else if !self.both_closed() || (self.closed_for < limits::INTERLOCK_CLOSED_FOR && self.rearm_needed)
+        {
+            InterlockState::Open
+        } else if self.rearm_needed {
+            InterlockState::WaitsForRearm
+        } else {
+            InterlockState::Armed
+        }
+    }
+
+    /// The loops as last read.
+    pub const fn loops(&self) -> InterlockLoops {
+        self.loops
+    }
+
+    fn both_closed(&self) -> bool {
+        self.loops.a == Contact::Closed && self.loops.b == Contact::Closed
+    }
+}
