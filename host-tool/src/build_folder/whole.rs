@@ -1,0 +1,200 @@
+//! Writes a folder whole or not at all: beside its place first, then renamed into it.
+//!
+//! A failed write, a full disk, a panic and an interrupt (Ctrl-C, a termination signal) leave nothing behind and leave
+//! what was there before untouched.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use tempfile::TempDir;
+
+/// The folders that an interrupt has to take away.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// The exit code of a process that an interrupt has ended: 128 plus the number of SIGINT, as shells have it.
+const INTERRUPTED: i32 = 130;
+
+/// Takes unfinished folders away when the process is interrupted.
+///
+/// # Errors
+/// Fails when the signal handler cannot be installed, or has been already.
+pub fn clean_up_on_interrupt() -> Result<(), ctrlc::Error> {
+    ctrlc::set_handler(|| {
+        // The lock is held until the process ends: no folder is put in its place after this.
+        let unfinished = unfinished();
+        for folder in unfinished.iter() {
+            // Another thread may write a file between the removal's passes.
+            for _ in 0..3 {
+                if fs::remove_dir_all(folder).is_ok() {
+                    break;
+                }
+            }
+        }
+        std::process::exit(INTERRUPTED);
+    })
+}
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A folder being written beside its place. Dropped without [`WholeFolder::commit`], it is gone.
+#[derive(Debug)]
+pub struct WholeFolder {
+    place: PathBuf,
+    beside: TempDir,
+}
+
+impl WholeFolder {
+    /// Starts a folder that is to stand at `place`; missing parent folders are made.
+    ///
+    /// # Errors
+    /// Fails when nothing can be written beside `place`.
+    pub fn beside(place: &Path) -> io::Result<Self> {
+        let parent = parent_of(place);
+        fs::create_dir_all(parent)?;
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".vitrine-unfinished-");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // The user's umask is taken off these.
+            builder.permissions(fs::Permissions::from_mode(0o777));
+        }
+        let mut unfinished = unfinished();
+        let beside = builder.tempdir_in(parent)?;
+        unfinished.push(beside.path().to_owned());
+        Ok(Self { place: place.to_owned(), beside })
+    }
+
+    /// Where the folder is while it is unfinished.
+    pub fn path(&self) -> &Path {
+        self.beside.path()
+    }
+
+    /// Writes one file, `name` being relative to the folder, through to the disk.
+    ///
+    /// # Errors
+    /// Fails when the file cannot be written; a full disk shows here.
+    pub fn write(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
+        let path = self.path().join(name);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent)?;
+        }
+        let mut file = File::create(path)?;
+        file.write_all(bytes)?;
+        file.sync_all()
+    }
+
+    /// Puts the folder in its place; what was there is taken away afterwards.
+    ///
+    /// # Errors
+    /// Fails when the folder cannot be renamed; then what was there is there still.
+    pub fn commit(self) -> io::Result<()> {
+        let mut unfinished = unfinished();
+        if self.place.symlink_metadata().is_ok() {
+            self.replace()?;
+        } else {
+            fs::rename(self.beside.path(), &self.place)?;
+        }
+        unfinished.retain(|folder| folder != self.beside.path());
+        Ok(())
+    }
+
+    /// Moves what stands in the place aside, and back if the new folder cannot take it.
+    fn replace(&self) -> io::Result<()> {
+        let aside =
+            tempfile::Builder::new().prefix(".vitrine-replaced-").tempdir_in(parent_of(&self.place))?;
+        let old = aside.path().join("old");
+        fs::rename(&self.place, &old)?;
+        fs::rename(self.beside.path(), &self.place).inspect_err(|_| {
+            if fs::rename(&old, &self.place).is_err() {
+                eprintln!("the former folder is kept in {}", old.display());
+            }
+        })
+    }
+}
+
+impl Drop for WholeFolder {
+    fn drop(&mut self) {
+        unfinished().retain(|folder| folder != self.beside.path());
+    }
+}
+
+/// Writes one file whole or not at all.
+///
+/// # Errors
+/// Fails when the file cannot be written beside its place or renamed into it.
+pub fn write_file(place: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".vitrine-unfinished-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    let mut file = builder.tempfile_in(parent_of(place))?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(place)?;
+    Ok(())
+}
+
+/// The folder that `path` is in.
+fn parent_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_committed_folder_replaces_the_old_one_and_leaves_nothing_beside() {
+        let root = tempfile::tempdir().unwrap();
+        let place = root.path().join("build");
+        for text in ["first", "second"] {
+            let folder = WholeFolder::beside(&place).unwrap();
+            folder.write("films/one.txt", text.as_bytes()).unwrap();
+            folder.commit().unwrap();
+            assert_eq!(fs::read_to_string(place.join("films/one.txt")).unwrap(), text);
+        }
+        assert_eq!(names(root.path()), ["build"]);
+    }
+
+    #[test]
+    fn a_dropped_folder_leaves_nothing_and_the_old_one_untouched() {
+        let root = tempfile::tempdir().unwrap();
+        let place = root.path().join("build");
+        let folder = WholeFolder::beside(&place).unwrap();
+        folder.write("a", b"old").unwrap();
+        folder.commit().unwrap();
+        let folder = WholeFolder::beside(&place).unwrap();
+        folder.write("a", b"new").unwrap();
+        drop(folder);
+        assert_eq!(fs::read(place.join("a")).unwrap(), b"old");
+        assert_eq!(names(root.path()), ["build"]);
+    }
+
+    #[test]
+    fn a_place_that_cannot_be_made_is_an_error() {
+        let root = tempfile::tempdir().unwrap();
+        fs::write(root.path().join("file"), b"").unwrap();
+        assert!(WholeFolder::beside(&root.path().join("file/build")).is_err());
+        assert_eq!(names(root.path()), ["file"]);
+    }
+}

@@ -1,0 +1,60 @@
+//! The commands: one file each, data on stdout, everything else on stderr.
+
+mod check;
+mod new;
+mod output;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use miette::Report;
+
+use output::Output;
+
+/// Designs, previews, uploads and runs film-stack exhibits.
+#[derive(Parser)]
+#[command(name = "vitrine", version, about, max_term_width = 100, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Print results, and errors, as JSON.
+    #[arg(long, global = true)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  vitrine demo                        the whole chain on the bundled photographs
+  vitrine new my-exhibit              start an exhibit of your own
+  vitrine design my-exhibit/exhibit.toml -o build
+
+Exit codes: 0 done, 1 failed (a wrong exhibit.toml too), 2 wrong usage of the command line.";
+
+#[derive(Subcommand)]
+enum Command {
+    New(new::New),
+    Check(check::Check),
+}
+
+/// Runs the command that the process was started with.
+pub(crate) fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let output = Output::new(cli.json);
+    if let Err(error) = vitrine::build_folder::clean_up_on_interrupt() {
+        output.note(&format!("an interrupt will leave unfinished folders behind: {error}"));
+    }
+    match run(cli.command, output) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(report) => {
+            output.error(&report);
+            ExitCode::from(1)
+        }
+    }
+}
+
+fn run(command: Command, output: Output) -> Result<(), Report> {
+    match command {
+        Command::New(command) => command.run(output),
+        Command::Check(command) => command.run(output),
+    }
+}

@@ -1,0 +1,62 @@
+//! Where results and errors go.
+
+use std::io::{IsTerminal, Write};
+
+use miette::{GraphicalReportHandler, GraphicalTheme, JSONReportHandler, Report};
+use serde::Serialize;
+
+/// Prints results to stdout and everything else to stderr, as text or as JSON.
+#[derive(Clone, Copy)]
+pub(crate) struct Output {
+    json: bool,
+}
+
+impl Output {
+    pub(crate) fn new(json: bool) -> Self {
+        Self { json }
+    }
+
+    /// Prints a result: `value` as JSON, or `text`.
+    pub(crate) fn result(self, value: &impl Serialize, text: impl FnOnce() -> String) {
+        let line = if self.json { to_json(value) } else { text() };
+        print_line(std::io::stdout(), &line);
+    }
+
+    /// Tells a person what is going on; programs that read JSON are not told.
+    pub(crate) fn note(self, text: &str) {
+        if !self.json {
+            print_line(std::io::stderr(), text);
+        }
+    }
+
+    /// Prints why a command failed.
+    pub(crate) fn error(self, report: &Report) {
+        let mut text = String::new();
+        let rendered = if self.json {
+            JSONReportHandler::new().render_report(&mut text, report.as_ref())
+        } else {
+            graphical().render_report(&mut text, report.as_ref())
+        };
+        if rendered.is_err() {
+            text = report.to_string();
+        }
+        print_line(std::io::stderr(), text.trim_end());
+    }
+}
+
+/// Plain lines where nobody watches a terminal, and where NO_COLOR asks for them.
+fn graphical() -> GraphicalReportHandler {
+    let plain = !std::io::stderr().is_terminal()
+        || std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    let theme = if plain { GraphicalTheme::none() } else { GraphicalTheme::unicode() };
+    GraphicalReportHandler::new_themed(theme).with_width(if plain { 240 } else { 100 }).with_links(!plain)
+}
+
+fn to_json(value: &impl Serialize) -> String {
+    serde_json::to_string_pretty(value).unwrap_or_else(|error| format!("{{\"error\": \"{error}\"}}"))
+}
+
+/// A reader that has gone away, such as `head`, is no reason to fail.
+fn print_line(mut stream: impl Write, line: &str) {
+    let _ = writeln!(stream, "{line}");
+}

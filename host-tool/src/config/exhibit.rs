@@ -1,0 +1,206 @@
+//! An exhibit as exhibit.toml resolves to: every default filled in, every value checked.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+/// Everything exhibit.toml says about one exhibit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Exhibit {
+    /// The exhibit's name.
+    pub name: String,
+    /// The films and the gaps between them.
+    pub stack: StackSettings,
+    /// Where the viewer stands.
+    pub viewer: ViewerSettings,
+    /// The views, in the order of the file.
+    pub views: Vec<ViewSettings>,
+    /// How the volume is computed.
+    pub design: DesignSettings,
+    /// How the films are printed.
+    pub print: PrintSettings,
+    /// The two lamps.
+    pub lamps: LampSettings,
+    /// When the exhibit is lit; always, when empty.
+    pub schedule: Vec<ScheduleRule>,
+    /// The time zone and the closed days.
+    pub calendar: CalendarSettings,
+    /// What the stack may be given.
+    pub limits: LimitSettings,
+}
+
+/// The stack's geometry and absorption.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StackSettings {
+    /// Number of films.
+    pub films: u32,
+    /// Width of the picture on a film.
+    pub width_mm: f64,
+    /// Width and height of a film in pixels.
+    pub pixels: [u32; 2],
+    /// Thickness of a film.
+    pub film_mm: f64,
+    /// Thickness of the gap between two films.
+    pub spacer_mm: f64,
+    /// Refractive index between the films: 1 is air.
+    pub index: f64,
+    /// Part of the UV that passes a film, 0..=1.
+    pub tau_uv: f64,
+    /// Part of the visible light that passes a film, 0..=1.
+    pub tau_visible: f64,
+    /// Part of the UV that passes a spacer, 0..=1.
+    pub spacer_tau_uv: f64,
+    /// Part of the visible light that passes a spacer, 0..=1.
+    pub spacer_tau_visible: f64,
+}
+
+impl StackSettings {
+    /// The distance from one film to the next.
+    pub fn film_pitch_mm(&self) -> f64 {
+        self.film_mm + self.spacer_mm
+    }
+}
+
+/// Where the viewer stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ViewerSettings {
+    /// Distance of the eye from the middle of the stack; `None` for parallel rays.
+    pub distance_mm: Option<f64>,
+    /// What a pattern's edges are held to.
+    pub frame: FrameSetting,
+}
+
+/// What a pattern's edges are held to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FrameSetting {
+    /// The picture fills the film.
+    Film,
+    /// The picture is resampled so that the oblique viewer sees it undistorted.
+    Viewer,
+}
+
+/// One `[[view]]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ViewSettings {
+    /// The view's name: letters, digits, `-` and `_`, at most 24.
+    pub id: String,
+    /// The picture, relative to exhibit.toml.
+    pub pattern: PathBuf,
+    /// Angle to the right of the stack's normal.
+    pub horizontal_deg: f64,
+    /// Angle above the stack's normal.
+    pub vertical_deg: f64,
+    /// How much this view counts against the others.
+    pub weight: f64,
+}
+
+/// How the volume is computed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DesignSettings {
+    /// The way from patterns to a volume.
+    pub method: MethodSetting,
+    /// Which optics the design reckons with.
+    pub optics: OpticsSetting,
+    /// In which values light adds up.
+    pub tone: ToneSetting,
+    /// Wanted white as a part of what full ink gives, 0..=1.
+    pub brightness: f64,
+    /// Expected misplacement of each film along each axis.
+    pub misplacement_um: f64,
+}
+
+/// The way from patterns to a volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MethodSetting {
+    /// Bounded least squares.
+    LeastSquares,
+    /// The product of the patterns, Eq. 1 of the paper.
+    Product,
+}
+
+/// Which optics the design reckons with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OpticsSetting {
+    /// Films absorb, as `[stack]` says.
+    Stack,
+    /// No absorption, as in the paper's simulation.
+    Ideal,
+}
+
+/// In which values light adds up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ToneSetting {
+    /// Patterns are decoded from sRGB to linear light.
+    Linear,
+    /// Code values add up, as in the paper.
+    Code,
+}
+
+/// How the films are printed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PrintSettings {
+    /// Dots per inch along the film's width.
+    pub dpi_x: f64,
+    /// Dots per inch along the film's height.
+    pub dpi_y: f64,
+    /// Names of the three fluorescent inks, for R, G and B.
+    pub inks: [String; 3],
+    /// Whether registration marks are printed.
+    pub marks: bool,
+    /// The sheet to print on.
+    pub paper: String,
+}
+
+/// The two lamps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LampSettings {
+    /// Irradiance of one lamp at full level on the nearest film, measured at commissioning.
+    pub irradiance_w_m2: f64,
+    /// The most irradiance of one lamp.
+    pub ceiling_w_m2: f64,
+    /// The driver's curve: pairs of duty and level, both 0..=1, rising; linear when empty.
+    pub calibration: Vec<[f64; 2]>,
+}
+
+/// A rule that lights the exhibit on some days from one time to another.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScheduleRule {
+    /// Monday to Sunday: whether the rule holds on that day.
+    pub days: [bool; 7],
+    /// Start, in minutes after local midnight.
+    pub from_minute: u16,
+    /// End, in minutes after local midnight; at or before the start, it is on the next day.
+    pub to_minute: u16,
+    /// First day on which the rule holds.
+    pub first: Option<jiff::civil::Date>,
+    /// Last day on which the rule holds.
+    pub last: Option<jiff::civil::Date>,
+    /// The part of the light that is given, 0..=1.
+    pub level: f64,
+}
+
+/// The time zone and the closed days.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CalendarSettings {
+    /// A name of the IANA time zone database.
+    pub time_zone: String,
+    /// Days on which the exhibit stays dark.
+    pub closed: Vec<jiff::civil::Date>,
+}
+
+/// What the stack may be given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LimitSettings {
+    /// The most dose of one lamp in a day.
+    pub daily_dose_j_m2: f64,
+    /// The most dose of one lamp in the stack's life.
+    pub life_dose_j_m2: f64,
+    /// The longest time lit without a rest.
+    pub continuous_s: f64,
+    /// The rest after it.
+    pub rest_s: f64,
+}

@@ -1,0 +1,114 @@
+//! From the text of exhibit.toml to an [`Exhibit`].
+
+use std::ops::Range;
+use std::path::Path;
+
+use toml::de::{DeTable, DeValue};
+
+use super::exhibit::Exhibit;
+use super::problem::{ConfigError, Problem};
+use super::reader::TableReader;
+use super::{calendar, tables};
+
+/// Reads the exhibit.toml at `path` and looks whether its pictures are there.
+///
+/// # Errors
+/// Fails when the file cannot be read, and with all problems of its contents at once.
+pub fn load(path: &Path) -> Result<Exhibit, ConfigError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| ConfigError::Unreadable { path: path.to_owned(), source })?;
+    parse(path, &text)
+}
+
+/// Reads `text` as the exhibit.toml at `path`.
+///
+/// # Errors
+/// Fails with all problems of the text at once.
+pub fn parse(path: &Path, text: &str) -> Result<Exhibit, ConfigError> {
+    let (root, syntax_errors) = DeTable::parse_recoverable(text);
+    let mut problems: Vec<Problem> = syntax_errors.iter().map(syntax_problem).collect();
+    if problems.is_empty() {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let exhibit = read_root(root.get_ref(), folder, &mut problems);
+        if let Some(exhibit) = exhibit.filter(|_| problems.is_empty()) {
+            return Ok(exhibit);
+        }
+    }
+    Err(ConfigError::invalid(path, text, problems))
+}
+
+fn syntax_problem(error: &toml::de::Error) -> Problem {
+    Problem::new(
+        "config::syntax",
+        error.span().unwrap_or(0..0),
+        error.message().trim(),
+        "here",
+        "the file is written in TOML: texts in quotes, one `key = value` a line, tables as [name]",
+    )
+}
+
+/// Reads every table. The exhibit is only of use where no problem was noted.
+fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Vec<Problem>) -> Option<Exhibit> {
+    let mut reader = TableReader::new("exhibit.toml", Some(root), 0..0);
+    let mut section = |name: &'static str, display: &'static str| section(&mut reader, name, display);
+
+    let exhibit = section("exhibit", "[exhibit]");
+    let stack = section("stack", "[stack]");
+    let viewer = section("viewer", "[viewer]");
+    let design = section("design", "[design]");
+    let print = section("print", "[print]");
+    let lamps = section("lamps", "[lamps]");
+    let calendar = section("calendar", "[calendar]");
+    let limits = section("limits", "[limits]");
+
+    let name = tables::exhibit(exhibit, problems);
+    let stack = tables::stack(stack, problems);
+    let viewer = tables::viewer(viewer, &stack, problems);
+    let design = tables::design(design, problems);
+    let print = tables::print(print, problems);
+    let lamps = tables::lamps(lamps, problems);
+    let calendar = calendar::calendar(calendar, problems);
+    let limits = tables::limits(limits, problems);
+
+    let mut schedule = Vec::new();
+    for rule in entries(&mut reader, "schedule") {
+        schedule
+            .push(calendar::schedule_rule(TableReader::new("[[schedule]]", Some(rule.1), rule.0), problems));
+    }
+    let views = tables::views(entries(&mut reader, "view"), folder, problems);
+    if views.is_empty() && !root.contains_key("view") {
+        reader.report(Problem::new(
+            "config::no_view",
+            0..0,
+            "there is no [[view]]",
+            "",
+            "add at least one:\n[[view]]\nid = \"front\"\npattern = \"photo.jpg\"",
+        ));
+    }
+    reader.finish(problems);
+    Some(Exhibit { name, stack, viewer, views, design, print, lamps, schedule, calendar, limits })
+}
+
+/// The reader of one `[table]`, which may be left out.
+fn section<'a>(root: &mut TableReader<'a>, key: &'static str, display: &'static str) -> TableReader<'a> {
+    let Some(value) = root.raw(key) else { return TableReader::new(display, None, 0..0) };
+    let table = value.get_ref().as_table();
+    if table.is_none() {
+        root.report_type(key, value, &format!("a table: {display}"));
+    }
+    TableReader::new(display, table, value.span())
+}
+
+/// The tables of a `[[list of tables]]` with their places.
+fn entries<'a>(root: &mut TableReader<'a>, key: &'static str) -> Vec<(Range<usize>, &'a DeTable<'a>)> {
+    let wanted = format!("a list of tables: [[{key}]]");
+    let Some(items) = root.array(key, &wanted) else { return Vec::new() };
+    let mut found = Vec::new();
+    for item in items {
+        match item.get_ref() {
+            DeValue::Table(table) => found.push((item.span(), table)),
+            _ => root.report_type(key, item, &wanted),
+        }
+    }
+    found
+}

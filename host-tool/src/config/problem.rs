@@ -1,0 +1,92 @@
+//! What is wrong with an exhibit.toml, with its place and its remedy.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use miette::{Diagnostic, NamedSource, SourceSpan};
+use thiserror::Error;
+
+/// One thing wrong in exhibit.toml.
+#[derive(Clone, Debug, Error)]
+#[error("{message}")]
+pub struct Problem {
+    code: &'static str,
+    message: String,
+    label: String,
+    span: SourceSpan,
+    help: String,
+}
+
+impl Problem {
+    /// Describes one thing wrong at `span`, a range of bytes of the file.
+    pub fn new(
+        code: &'static str,
+        span: Range<usize>,
+        message: impl Into<String>,
+        label: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
+        Self { code, message: message.into(), label: label.into(), span: span.into(), help: help.into() }
+    }
+
+    /// The stable name of this kind of problem, for `vitrine explain`.
+    pub fn code_name(&self) -> &'static str {
+        self.code
+    }
+}
+
+impl Diagnostic for Problem {
+    fn code<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        Some(Box::new(self.code))
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        (!self.help.is_empty()).then(|| Box::new(&self.help) as Box<dyn std::fmt::Display>)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = miette::LabeledSpan> + '_>> {
+        let label = (!self.label.is_empty()).then(|| self.label.clone());
+        Some(Box::new(std::iter::once(miette::LabeledSpan::new_with_span(label, self.span))))
+    }
+}
+
+/// Why an exhibit.toml cannot be used.
+#[derive(Debug, Error, Diagnostic)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("cannot read {}", path.display())]
+    #[diagnostic(
+        code("config::unreadable"),
+        help("name an existing exhibit.toml; `vitrine new DIR` writes one to start from")
+    )]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file's contents are wrong.
+    #[error("{}: {}", source_code.name(), count_problems(problems.len()))]
+    #[diagnostic(code("config::invalid"))]
+    Invalid {
+        /// The file's text.
+        #[source_code]
+        source_code: NamedSource<String>,
+        /// All that is wrong, in the order of the file.
+        #[related]
+        problems: Vec<Problem>,
+    },
+}
+
+impl ConfigError {
+    /// Reports `problems` of the file at `path`, in the order of the file.
+    pub(super) fn invalid(path: &Path, text: &str, mut problems: Vec<Problem>) -> Self {
+        problems.sort_by_key(|problem| problem.span.offset());
+        let source_code = NamedSource::new(path.display().to_string(), text.to_owned()).with_language("toml");
+        Self::Invalid { source_code, problems }
+    }
+}
+
+fn count_problems(count: usize) -> String {
+    if count == 1 { "1 problem".to_owned() } else { format!("{count} problems") }
+}

@@ -1,0 +1,352 @@
+//! The tables of exhibit.toml: their keys, defaults and bounds.
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use toml::de::{DeTable, DeValue};
+
+use super::exhibit::{
+    DesignSettings, FrameSetting, LampSettings, LimitSettings, MethodSetting, OpticsSetting, PrintSettings,
+    StackSettings, ToneSetting, ViewSettings, ViewerSettings,
+};
+use super::problem::Problem;
+use super::reader::{Bounds, TableReader, as_number, as_whole};
+
+/// The most values a volume may have, per colour: 2 GiB as 16-bit RGB.
+const MOST_VOXELS: u64 = 360_000_000;
+/// The longest name the plan holds, in bytes.
+const LONGEST_NAME: usize = 48;
+/// The longest view id the plan holds, in bytes.
+const LONGEST_ID: usize = 24;
+
+const TRANSMITTANCE: Bounds =
+    Bounds { least: 0.01, most: 1.0, reason: "it is the part of the light that passes" };
+const ANGLE: Bounds = Bounds {
+    least: -80.0,
+    most: 80.0,
+    reason: "0 looks straight at the film; positive is to the right, or above; beyond 80 the films are seen edge-on",
+};
+
+const fn bounds(least: f64, most: f64, reason: &'static str) -> Bounds {
+    Bounds { least, most, reason }
+}
+
+/// `[exhibit]`: the name.
+pub(super) fn exhibit(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> String {
+    let mut name = "Vitrine".to_owned();
+    if let Some(text) = reader.text("name") {
+        if text.value.trim().is_empty() || text.value.len() > LONGEST_NAME {
+            let message = format!("`name` in [exhibit] has {} bytes", text.value.len());
+            reader.report_value(text.span, message, format!("give a name of 1 to {LONGEST_NAME} bytes"));
+        } else {
+            name = text.value.to_owned();
+        }
+    }
+    reader.finish(problems);
+    name
+}
+
+/// `[stack]`.
+pub(super) fn stack(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> StackSettings {
+    let films = reader.whole("films", 20, bounds(1.0, 200.0, "the paper's stack has 20"));
+    let pixels = pixels(&mut reader);
+    let stack = StackSettings {
+        films,
+        width_mm: reader.number("width_mm", 35.0, bounds(1.0, 2000.0, "the paper's film is 35 mm wide")),
+        pixels,
+        film_mm: reader.number("film_mm", 0.1, bounds(0.001, 20.0, "the paper's film is 0.1 mm thick")),
+        spacer_mm: reader.number("spacer_mm", 0.5, bounds(0.0, 100.0, "the paper's spacer is 0.5 mm thick")),
+        index: reader.number("index", 1.0, bounds(1.0, 2.5, "1.0 is air between the films, 1.49 acrylic")),
+        tau_uv: reader.number("tau_uv", 0.82, TRANSMITTANCE),
+        tau_visible: reader.number("tau_visible", 0.90, TRANSMITTANCE),
+        spacer_tau_uv: reader.number("spacer_tau_uv", 1.0, TRANSMITTANCE),
+        spacer_tau_visible: reader.number("spacer_tau_visible", 1.0, TRANSMITTANCE),
+    };
+    let voxels = u64::from(stack.films) * u64::from(pixels[0]) * u64::from(pixels[1]);
+    if voxels > MOST_VOXELS {
+        let message = format!("{films} films of {} x {} pixels are {voxels} voxels", pixels[0], pixels[1]);
+        let help = format!("give fewer pixels or films: at most {MOST_VOXELS} voxels fit into memory");
+        reader.report_value(reader.span(), message, help);
+    }
+    reader.finish(problems);
+    stack
+}
+
+/// `pixels = 512` or `pixels = [width, height]`.
+fn pixels(reader: &mut TableReader<'_>) -> [u32; 2] {
+    const DEFAULT: [u32; 2] = [512, 512];
+    const WANTED: &str = "a whole number, or [width, height]";
+    let side = bounds(8.0, 16_384.0, "a film has at least 8 and at most 16384 pixels a side");
+    let Some(value) = reader.raw("pixels") else { return DEFAULT };
+    let sides: Option<Vec<i64>> = match value.get_ref() {
+        DeValue::Array(items) if items.len() == 2 => {
+            items.iter().map(|item| as_whole(item.get_ref())).collect()
+        }
+        single => as_whole(single).map(|side| vec![side, side]),
+    };
+    let Some(sides) = sides else {
+        reader.report_type("pixels", value, WANTED);
+        return DEFAULT;
+    };
+    let mut checked = DEFAULT;
+    for (slot, pixels) in checked.iter_mut().zip(sides) {
+        let Some(placed) = reader.check_number("pixels", pixels as f64, value.span(), side) else { break };
+        *slot = placed.value as u32;
+    }
+    checked
+}
+
+/// `[viewer]`. The eye has to be in front of the `stack`.
+pub(super) fn viewer(
+    mut reader: TableReader<'_>,
+    stack: &StackSettings,
+    problems: &mut Vec<Problem>,
+) -> ViewerSettings {
+    let nearest = f64::from(stack.films) * stack.film_pitch_mm();
+    let range = bounds(nearest.max(10.0), 100_000.0, "the eye has to be well in front of the films");
+    let distance_mm = reader.raw("distance_mm").and_then(|value| match value.get_ref() {
+        DeValue::String(text) if text.as_ref() == "parallel" => None,
+        other => match as_number(other) {
+            Some(number) => {
+                reader.check_number("distance_mm", number, value.span(), range).map(|placed| placed.value)
+            }
+            None => {
+                reader.report_type("distance_mm", value, "a number, or \"parallel\"");
+                None
+            }
+        },
+    });
+    let frame = reader.choice("frame", &[("film", FrameSetting::Film), ("viewer", FrameSetting::Viewer)]);
+    reader.finish(problems);
+    ViewerSettings { distance_mm, frame: frame.unwrap_or(FrameSetting::Film) }
+}
+
+/// `[design]`. Without absorption there are no misplaced films either, unless the file says so.
+pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> DesignSettings {
+    let method = reader.choice(
+        "method",
+        &[("least-squares", MethodSetting::LeastSquares), ("product", MethodSetting::Product)],
+    );
+    let optics = reader.choice("optics", &[("stack", OpticsSetting::Stack), ("ideal", OpticsSetting::Ideal)]);
+    let tone = reader.choice("tone", &[("linear", ToneSetting::Linear), ("code", ToneSetting::Code)]);
+    let optics = optics.unwrap_or(OpticsSetting::Stack);
+    let misplacement = if optics == OpticsSetting::Ideal { 0.0 } else { 68.0 };
+    let settings = DesignSettings {
+        method: method.unwrap_or(MethodSetting::LeastSquares),
+        optics,
+        tone: tone.unwrap_or(ToneSetting::Linear),
+        brightness: reader.number("brightness", 0.4, bounds(0.01, 1.0, "more is brighter, less is truer")),
+        misplacement_um: reader.number(
+            "misplacement_um",
+            misplacement,
+            bounds(0.0, 5000.0, "films laid by hand on pins are about 68 um off"),
+        ),
+    };
+    reader.finish(problems);
+    settings
+}
+
+/// All `[[view]]` tables; pictures are looked for in `folder`.
+pub(super) fn views(
+    entries: Vec<(Range<usize>, &DeTable<'_>)>,
+    folder: &Path,
+    problems: &mut Vec<Problem>,
+) -> Vec<ViewSettings> {
+    let mut seen = HashMap::new();
+    let mut views = Vec::new();
+    for (index, (span, table)) in entries.into_iter().enumerate() {
+        if index == vitrine_exhibit::plan::MAX_VIEWS {
+            let message = format!("there are more than {index} views");
+            let help = format!("the controller's plan holds {index} views: leave the rest out");
+            problems.push(Problem::new(
+                "config::too_many_views",
+                span.clone(),
+                message,
+                "one too many",
+                help,
+            ));
+        }
+        let reader = TableReader::new("[[view]]", Some(table), span);
+        views.extend(view(reader, folder, &mut seen, problems));
+    }
+    views
+}
+
+fn view(
+    mut reader: TableReader<'_>,
+    folder: &Path,
+    seen: &mut HashMap<String, Range<usize>>,
+    problems: &mut Vec<Problem>,
+) -> Option<ViewSettings> {
+    let id = view_id(&mut reader, seen);
+    let pattern = view_pattern(&mut reader, folder);
+    let horizontal_deg = reader.number("horizontal_deg", 0.0, ANGLE);
+    let vertical_deg = reader.number("vertical_deg", 0.0, ANGLE);
+    let weight = reader.number("weight", 1.0, bounds(0.01, 100.0, "1 is the weight of an ordinary view"));
+    reader.finish(problems);
+    Some(ViewSettings { id: id?, pattern: pattern?, horizontal_deg, vertical_deg, weight })
+}
+
+/// An id becomes a file name, so it is held to characters that every system takes.
+fn view_id(reader: &mut TableReader<'_>, seen: &mut HashMap<String, Range<usize>>) -> Option<String> {
+    let Some(text) = reader.text("id") else {
+        report_missing(reader, "id", "id = \"front\"");
+        return None;
+    };
+    let id = text.value;
+    let plain = id.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
+    if id.is_empty() || id.len() > LONGEST_ID || !plain || id.starts_with('-') {
+        let help =
+            format!("an id becomes a file name: use 1 to {LONGEST_ID} letters, digits, - or _, not - first");
+        reader.report(Problem::new(
+            "config::bad_id",
+            text.span,
+            format!("`{id}` is no id for a view"),
+            "here",
+            help,
+        ));
+        return None;
+    }
+    // Some file systems do not tell upper from lower case.
+    if let Some(first) = seen.insert(id.to_lowercase(), text.span.clone()) {
+        reader.report(Problem::new(
+            "config::duplicate_id",
+            text.span,
+            format!("two views have the id `{id}`"),
+            format!("also at byte {}", first.start),
+            "give every view an id of its own",
+        ));
+        return None;
+    }
+    Some(id.to_owned())
+}
+
+fn view_pattern(reader: &mut TableReader<'_>, folder: &Path) -> Option<PathBuf> {
+    let Some(text) = reader.text("pattern") else {
+        report_missing(reader, "pattern", "pattern = \"photo.jpg\"");
+        return None;
+    };
+    let path = PathBuf::from(text.value);
+    let found = folder.join(&path);
+    if let Err(error) = crate::build_folder::look_at_picture(&found) {
+        reader.report(Problem::new(
+            "config::bad_picture",
+            text.span,
+            format!("cannot use the picture {}: {error}", found.display()),
+            "this picture",
+            "give the path of a PNG, JPEG, TIFF or WebP picture, relative to exhibit.toml",
+        ));
+        return None;
+    }
+    Some(path)
+}
+
+/// Notes a missing key, once: a key of the wrong type has been reported already.
+fn report_missing(reader: &mut TableReader<'_>, key: &'static str, example: &str) {
+    if reader.raw(key).is_some() {
+        return;
+    }
+    let message = format!("[[view]] has no `{key}`");
+    let span = reader.span();
+    reader.report(Problem::new(
+        "config::missing_key",
+        span,
+        message,
+        "this view",
+        format!("add `{example}`"),
+    ));
+}
+
+/// `[print]`.
+pub(super) fn print(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> PrintSettings {
+    let dpi = bounds(72.0, 50_000.0, "the paper's printer has 5760 x 1440");
+    let mut inks = ["red", "green", "blue"].map(str::to_owned);
+    if let Some(items) = reader.array("inks", "three names") {
+        let names: Vec<&str> = items.iter().filter_map(|item| item.get_ref().as_str()).collect();
+        match <[&str; 3]>::try_from(names) {
+            Ok(names) if items.len() == 3 => inks = names.map(str::to_owned),
+            _ => {
+                let help = "name the inks for red, green and blue: inks = [\"red\", \"green\", \"blue\"]";
+                reader.report_value(reader.span(), "`inks` in [print] is not three names".to_owned(), help);
+            }
+        }
+    }
+    let paper = reader.choice(
+        "paper",
+        &[("A4", "A4"), ("A3", "A3"), ("A2", "A2"), ("A1", "A1"), ("A0", "A0"), ("letter", "letter")],
+    );
+    let settings = PrintSettings {
+        dpi_x: reader.number("dpi_x", 5760.0, dpi),
+        dpi_y: reader.number("dpi_y", 1440.0, dpi),
+        inks,
+        marks: reader.truth("marks", true),
+        paper: paper.unwrap_or("A4").to_owned(),
+    };
+    reader.finish(problems);
+    settings
+}
+
+/// `[lamps]`.
+pub(super) fn lamps(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> LampSettings {
+    let irradiance = bounds(0.01, 50.0, "the sense resistors hold a lamp to 50 W/m2");
+    let ceiling = bounds(0.01, 20.0, "the firmware cuts above 20 W/m2");
+    let settings = LampSettings {
+        irradiance_w_m2: reader.number("irradiance_w_m2", 10.0, irradiance),
+        ceiling_w_m2: reader.number("ceiling_w_m2", 20.0, ceiling),
+        calibration: calibration(&mut reader),
+    };
+    reader.finish(problems);
+    settings
+}
+
+/// `calibration = [[duty, level], ...]`, rising in both.
+fn calibration(reader: &mut TableReader<'_>) -> Vec<[f64; 2]> {
+    const WANTED: &str = "pairs of duty and level: [[0.0, 0.0], [0.5, 0.46], [1.0, 1.0]]";
+    let Some(items) = reader.array("calibration", WANTED) else { return Vec::new() };
+    let mut points: Vec<[f64; 2]> = Vec::new();
+    for item in items {
+        let pair: Option<Vec<f64>> = item
+            .get_ref()
+            .as_array()
+            .and_then(|pair| pair.iter().map(|value| as_number(value.get_ref())).collect());
+        let Some(Ok(pair)) = pair.map(<[f64; 2]>::try_from) else {
+            reader.report_type("calibration", item, WANTED);
+            return Vec::new();
+        };
+        if pair.iter().any(|value| !(0.0..=1.0).contains(value))
+            || points.last().is_some_and(|last| pair[0] <= last[0] || pair[1] < last[1])
+        {
+            let message = "`calibration` in [lamps] does not rise within 0 to 1".to_owned();
+            reader.report_value(item.span(), message, format!("give {WANTED}"));
+            return Vec::new();
+        }
+        points.push(pair);
+    }
+    points
+}
+
+/// `[limits]`.
+pub(super) fn limits(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> LimitSettings {
+    let life = bounds(1.0, 1e9, "10 MJ/m2 is the default until a coupon test says otherwise");
+    let settings = LimitSettings {
+        daily_dose_j_m2: reader.number(
+            "daily_dose_j_m2",
+            30_000.0,
+            bounds(1.0, 1e6, "30 kJ/m2 is the default; a day at 10 W/m2 is 288 kJ/m2"),
+        ),
+        life_dose_j_m2: reader.number("life_dose_j_m2", 1e7, life),
+        continuous_s: reader.number(
+            "continuous_s",
+            600.0,
+            bounds(1.0, 86_400.0, "LEDs live longer with rests"),
+        ),
+        rest_s: reader.number("rest_s", 60.0, bounds(0.0, 86_400.0, "LEDs live longer with rests")),
+    };
+    if settings.daily_dose_j_m2 > settings.life_dose_j_m2 {
+        let message = "the dose of a day is more than the dose of the stack's life".to_owned();
+        reader.report_value(reader.span(), message, "lower `daily_dose_j_m2` or raise `life_dose_j_m2`");
+    }
+    reader.finish(problems);
+    settings
+}

@@ -1,0 +1,175 @@
+//! What exhibit.toml takes and refuses.
+
+use std::path::Path;
+
+use miette::Diagnostic;
+
+use super::*;
+
+const VIEW: &str = "[[view]]\nid = \"front\"\npattern = \"photos/coffee.jpg\"\n";
+
+/// Any path in the crate's folder: patterns are relative to it.
+fn here() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("exhibit.toml")
+}
+
+fn read(text: &str) -> Result<Exhibit, ConfigError> {
+    parse(&here(), text)
+}
+
+/// Codes, and the text that each label covers, of all problems in `text`.
+fn problems(text: &str) -> Vec<(&'static str, String, String)> {
+    let Err(ConfigError::Invalid { problems, .. }) = read(text) else { return Vec::new() };
+    problems
+        .iter()
+        .map(|problem| {
+            let label = problem.labels().unwrap().next().unwrap();
+            let covered = &text[label.offset()..label.offset() + label.len()];
+            let help = problem.help().map(|help| help.to_string()).unwrap_or_default();
+            (problem.code_name(), covered.to_owned(), format!("{problem}; {help}"))
+        })
+        .collect()
+}
+
+/// The one problem of `text` with `VIEW` behind it.
+fn problem(text: &str) -> (&'static str, String, String) {
+    let mut found = problems(&format!("{text}\n{VIEW}"));
+    assert_eq!(found.len(), 1, "{text}: {found:?}");
+    found.remove(0)
+}
+
+#[test]
+fn a_view_is_all_that_is_needed() {
+    let exhibit = read(VIEW).unwrap();
+    assert_eq!(exhibit.stack.films, 20);
+    assert_eq!(exhibit.stack.pixels, [512, 512]);
+    assert_eq!(exhibit.stack.film_pitch_mm(), 0.6);
+    assert_eq!(exhibit.viewer.distance_mm, None);
+    assert_eq!(exhibit.design.misplacement_um, 68.0);
+    assert_eq!(exhibit.views[0].horizontal_deg, 0.0);
+    assert_eq!(exhibit.limits.daily_dose_j_m2, 30_000.0);
+}
+
+#[test]
+fn the_starter_shows_the_defaults() {
+    let text = crate::starter::EXHIBIT_TOML.replace("pattern = \"", "pattern = \"photos/");
+    let shown = read(&text).unwrap();
+    let defaults = read(VIEW).unwrap();
+    assert_eq!(shown.views.len(), 3);
+    let with_views_of = |exhibit: &Exhibit| Exhibit {
+        views: exhibit.views.clone(),
+        name: exhibit.name.clone(),
+        ..defaults.clone()
+    };
+    assert_eq!(shown, with_views_of(&shown));
+}
+
+#[test]
+fn the_starter_schedule_is_valid_once_uncommented() {
+    let text: String = crate::starter::EXHIBIT_TOML
+        .replace("pattern = \"", "pattern = \"photos/")
+        .lines()
+        .skip_while(|line| !line.starts_with("# [[schedule]]"))
+        .take_while(|line| line.starts_with("# "))
+        .map(|line| format!("{}\n", &line[2..]))
+        .collect();
+    let exhibit = read(&format!("{text}{VIEW}")).unwrap();
+    assert_eq!(exhibit.schedule[0].days, [false, true, true, true, true, true, true]);
+    assert_eq!((exhibit.schedule[0].from_minute, exhibit.schedule[0].to_minute), (600, 1080));
+}
+
+#[test]
+fn ideal_optics_expect_no_misplacement_unless_it_is_said() {
+    let ideal = |more: &str| read(&format!("[design]\noptics = \"ideal\"\n{more}\n{VIEW}")).unwrap().design;
+    assert_eq!(ideal("").misplacement_um, 0.0);
+    assert_eq!(ideal("misplacement_um = 20").misplacement_um, 20.0);
+}
+
+#[test]
+fn unknown_keys_are_named_with_a_suggestion() {
+    let (code, covered, text) =
+        problem("[stack]\nfilm = 20\nwith_mm = 3.0\n".replace("film = 20\n", "").as_str());
+    assert_eq!((code, covered.as_str()), ("config::unknown_key", "with_mm"));
+    assert!(text.contains("did you mean `width_mm`?"), "{text}");
+    let (code, covered, text) = problem("[desing]\nmethod = \"product\"\n");
+    assert_eq!((code, covered.as_str()), ("config::unknown_key", "desing"));
+    assert!(text.contains("did you mean `design`?"), "{text}");
+}
+
+#[test]
+fn wrong_values_are_shown_where_they_stand() {
+    for (text, code, covered) in [
+        ("[stack]\nfilms = 0", "config::bad_value", "0"),
+        ("[stack]\nfilms = 20.5", "config::wrong_type", "20.5"),
+        ("[stack]\nfilms = 99999999999999999999", "config::wrong_type", "99999999999999999999"),
+        ("[stack]\nwidth_mm = nan", "config::bad_value", "nan"),
+        ("[stack]\nwidth_mm = inf", "config::bad_value", "inf"),
+        ("[stack]\npixels = [512]", "config::wrong_type", "[512]"),
+        ("[stack]\npixels = 1000000", "config::bad_value", "1000000"),
+        ("[stack]\npixels = \"many\"", "config::wrong_type", "\"many\""),
+        ("[viewer]\ndistance_mm = \"near\"", "config::wrong_type", "\"near\""),
+        ("[viewer]\ndistance_mm = 2", "config::bad_value", "2"),
+        ("[design]\nmethod = \"least_squares\"", "config::bad_value", "\"least_squares\""),
+        ("[design]\nbrightness = 0.0", "config::bad_value", "0.0"),
+        ("[calendar]\ntime_zone = \"Europe/Berlim\"", "config::bad_value", "\"Europe/Berlim\""),
+        ("[calendar]\nclosed = [\"2026-02-30\"]", "config::bad_value", "\"2026-02-30\""),
+        ("[[schedule]]\ndays = \"someday\"", "config::bad_value", "\"someday\""),
+        ("[[schedule]]\nfrom = \"25:00\"", "config::bad_value", "\"25:00\""),
+        ("[lamps]\ncalibration = [[0.0, 0.0], [0.0, 1.0]]", "config::bad_value", "[0.0, 1.0]"),
+        ("[print]\npaper = \"A9\"", "config::bad_value", "\"A9\""),
+        ("stack = 3", "config::wrong_type", "3"),
+        ("[exhibit]\nname = \"\"", "config::bad_value", "\"\""),
+    ] {
+        let found = problem(text);
+        assert_eq!((found.0, found.1.as_str()), (code, covered), "{found:?}");
+    }
+}
+
+#[test]
+fn absurd_volumes_are_refused_before_they_are_made() {
+    let (code, _, text) = problem("[stack]\nfilms = 200\npixels = 16384");
+    assert_eq!(code, "config::bad_value");
+    assert!(text.contains("voxels"), "{text}");
+}
+
+#[test]
+fn views_are_checked() {
+    let view = |lines: &str| problems(&format!("[[view]]\n{lines}"));
+    let picture = "pattern = \"photos/coffee.jpg\"";
+    let found = view(&format!("id = \"a\"\n{picture}\nhorizontal_deg = 95"));
+    assert_eq!((found[0].0, found[0].1.as_str()), ("config::bad_value", "95"));
+    let found = view("id = \"a\"\npattern = \"photos/none.jpg\"");
+    assert_eq!((found[0].0, found[0].1.as_str()), ("config::bad_picture", "\"photos/none.jpg\""));
+    for id in ["", "a b", "../up", "a/b", "-rf", "ümlaut", "a_very_long_name_of_25_chr"] {
+        assert_eq!(view(&format!("id = \"{id}\"\n{picture}"))[0].0, "config::bad_id", "{id}");
+    }
+    let found = problems(&format!("{VIEW}{}", VIEW.replace("front", "Front")));
+    assert_eq!((found[0].0, found[0].1.as_str()), ("config::duplicate_id", "\"Front\""));
+    assert_eq!(view(picture)[0].0, "config::missing_key");
+    assert_eq!(problems("")[0].0, "config::no_view");
+    let many: String = (0..17).map(|index| VIEW.replace("front", &format!("v{index}"))).collect();
+    assert_eq!(problems(&many)[0].0, "config::too_many_views");
+}
+
+#[test]
+fn all_problems_are_reported_at_once_in_the_order_of_the_file() {
+    let found = problems("[stack]\nfilms = -1\ncolour = 3\n[[view]]\nid = \"a\"\nhorizontal_deg = 95\n");
+    let codes: Vec<_> = found.iter().map(|problem| problem.0).collect();
+    assert_eq!(
+        codes,
+        ["config::bad_value", "config::unknown_key", "config::missing_key", "config::bad_value"]
+    );
+}
+
+#[test]
+fn broken_syntax_is_an_error_with_its_place() {
+    let found = problems("[stack\nfilms = 20\n");
+    assert_eq!(found[0].0, "config::syntax");
+}
+
+#[test]
+fn the_resolved_exhibit_survives_json() {
+    let exhibit = read(VIEW).unwrap();
+    let json = serde_json::to_string(&exhibit).unwrap();
+    assert_eq!(serde_json::from_str::<Exhibit>(&json).unwrap(), exhibit);
+}
