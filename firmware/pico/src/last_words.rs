@@ -1,0 +1,113 @@
+//! How the program ends: dark first, then a note that outlives the reset, then the reset.
+//!
+//! The note lies in RAM that no start-up code touches. Its checksum tells a note from what RAM holds after power-up.
+
+use core::cell::UnsafeCell;
+use core::fmt::Write;
+use core::mem::MaybeUninit;
+use core::panic::PanicInfo;
+
+use cortex_m_rt::{ExceptionFrame, exception};
+use embassy_rp::pac;
+use heapless::String;
+
+use crate::darkness;
+
+/// Bytes of a note; longer ones are cut.
+const NOTE_BYTES: usize = 192;
+
+/// Marks a note, besides its checksum.
+const MAGIC: u32 = 0x6c61_7374;
+
+#[derive(Clone, Copy)]
+#[repr(C)]
+struct Note {
+    magic: u32,
+    length: u32,
+    checksum: u32,
+    text: [u8; NOTE_BYTES],
+}
+
+#[repr(transparent)]
+struct Keep(UnsafeCell<MaybeUninit<Note>>);
+
+// SAFETY: written where the program ends with interrupts off, read once at the start before any task runs.
+unsafe impl Sync for Keep {}
+
+#[unsafe(link_section = ".uninit.last_words")]
+static KEEP: Keep = Keep(UnsafeCell::new(MaybeUninit::uninit()));
+
+/// Takes the note of the program that ended before this one, if there is one.
+pub(crate) fn take() -> Option<String<NOTE_BYTES>> {
+    // SAFETY: called before any task runs; every bit pattern is a valid `Note`, and volatile reads keep the compiler
+    // from reasoning about memory that this program did not write.
+    let note = unsafe { core::ptr::read_volatile(KEEP.0.get().cast::<Note>()) };
+    let text = note.text.get(..usize::try_from(note.length).ok()?)?;
+    if note.magic != MAGIC || note.checksum != checksum(text) {
+        return None;
+    }
+    // SAFETY: as above; clearing the magic number forgets the note.
+    unsafe { core::ptr::write_volatile(KEEP.0.get().cast::<u32>(), 0) };
+    String::try_from(core::str::from_utf8(text).ok()?).ok()
+}
+
+fn leave(text: &str) {
+    let mut note = Note { magic: MAGIC, length: 0, checksum: 0, text: [0; NOTE_BYTES] };
+    for (kept, byte) in note.text.iter_mut().zip(text.bytes()) {
+        *kept = byte;
+        note.length += 1;
+    }
+    note.checksum = checksum(note.text.get(..note.length as usize).unwrap_or_default());
+    // SAFETY: interrupts are off and the program ends here, so nobody else looks.
+    unsafe { core::ptr::write_volatile(KEEP.0.get().cast::<Note>(), note) };
+}
+
+/// FNV-1a: enough to tell a note from noise.
+fn checksum(text: &[u8]) -> u32 {
+    text.iter().fold(0x811c_9dc5, |sum, byte| (sum ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
+}
+
+/// Text that keeps what fits and drops the rest.
+struct Clipped(String<NOTE_BYTES>);
+
+impl Write for Clipped {
+    fn write_str(&mut self, text: &str) -> core::fmt::Result {
+        for letter in text.chars() {
+            if self.0.push(letter).is_err() {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn end(write: impl FnOnce(&mut Clipped) -> core::fmt::Result) -> ! {
+    darkness::darken();
+    cortex_m::interrupt::disable();
+    let mut note = Clipped(String::new());
+    // A note that cannot be written in full is still worth keeping.
+    let _ = write(&mut note);
+    leave(&note.0);
+    reset()
+}
+
+/// Resets the whole chip but its oscillators, at once. RAM and the watchdog's scratch registers keep their content.
+fn reset() -> ! {
+    // All stages but the two oscillators, as the data sheet's 2.13.2 wants it.
+    pac::PSM.wdsel().write_value(pac::psm::regs::Wdsel(0x0001_fffc));
+    pac::WATCHDOG.ctrl().write(|control| control.set_trigger(true));
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    end(|note| write!(note, "{info}"))
+}
+
+/// The processor's fault: the frame says where.
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    end(|note| write!(note, "hard fault at {:#010x}, called from {:#010x}", frame.pc(), frame.lr()))
+}

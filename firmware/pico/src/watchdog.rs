@@ -1,0 +1,92 @@
+//! The aggregated watchdog: it is fed only when every task has checked in since the last feed.
+//!
+//! A task that hangs stops the feeding, and the chip resets within 500 ms: dark, as every reset is. The dose ledger
+//! counts such starts, and latches the controller dark when they come too often.
+
+use defmt::{info, warn};
+use embassy_rp::Peri;
+use embassy_rp::peripherals::WATCHDOG;
+use embassy_rp::watchdog::Watchdog;
+use embassy_time::{Duration, Ticker};
+use portable_atomic::{AtomicU32, Ordering};
+
+/// From the last feed to the reset.
+const TIMEOUT: Duration = Duration::from_millis(500);
+
+/// How often the dog looks whether all checked in: with the flash busy for 400 ms at worst it still comes in time.
+const ROUND: Duration = Duration::from_millis(50);
+
+/// Who must check in at least every 450 ms.
+#[derive(Clone, Copy)]
+#[repr(u32)]
+pub(crate) enum Client {
+    /// The owner of the state.
+    Controller = 1 << 0,
+    /// The owner of both lamps.
+    Lamps = 1 << 1,
+    /// The owner of the sensor bus.
+    Sensors = 1 << 2,
+    /// The owner of the converter.
+    Analog = 1 << 3,
+    /// The owner of flash.
+    Store = 1 << 4,
+    /// The link over USB.
+    Usb = 1 << 5,
+    /// The link over the serial port.
+    Serial = 1 << 6,
+}
+
+const ALL_CLIENTS: u32 = (1 << 7) - 1;
+
+static CHECKED_IN: AtomicU32 = AtomicU32::new(0);
+
+/// Says that a task is alive.
+pub(crate) fn check_in(client: Client) {
+    CHECKED_IN.fetch_or(client as u32, Ordering::Relaxed);
+}
+
+/// The dog, and why it woke.
+pub(crate) struct Dog {
+    watchdog: Watchdog,
+    after_fault: bool,
+}
+
+impl Dog {
+    /// Starts the watchdog.
+    pub(crate) fn wake(peripheral: Peri<'static, WATCHDOG>) -> Self {
+        let mut watchdog = Watchdog::new(peripheral);
+        let after_fault = watchdog.reset_reason().is_some();
+        if after_fault {
+            warn!("started after a fault or a task that hung");
+        } else {
+            info!("started by power or by the reset line");
+        }
+        watchdog.pause_on_debug(true);
+        watchdog.start(TIMEOUT);
+        Self { watchdog, after_fault }
+    }
+
+    /// Tells whether the watchdog, a panic or a fault restarted the controller.
+    pub(crate) fn after_fault(&self) -> bool {
+        self.after_fault
+    }
+}
+
+/// Feeds the watchdog whenever everybody has checked in.
+#[embassy_executor::task]
+pub(crate) async fn run(mut dog: Dog) -> ! {
+    let mut ticker = Ticker::every(ROUND);
+    loop {
+        ticker.next().await;
+        let everybody = critical_section::with(|_| {
+            let everybody = CHECKED_IN.load(Ordering::Relaxed) & ALL_CLIENTS == ALL_CLIENTS;
+            if everybody {
+                CHECKED_IN.store(0, Ordering::Relaxed);
+            }
+            everybody
+        });
+        if everybody {
+            dog.watchdog.feed(TIMEOUT);
+        }
+    }
+}
