@@ -55,21 +55,22 @@ linker_folder() {
   mkdir -p "$folder" && ln -sf "$(command -v ld.lld)" "$folder/rust-lld" && echo "$folder"
 }
 
-arguments=(build --locked --package vitrine-pico --profile firmware --target "$target" --target-dir "$target_dir" "${features[@]}")
+arguments=(rustc --locked --package vitrine-pico --profile firmware --target "$target" --target-dir "$target_dir" "${features[@]}")
+lints=(-- -D warnings)
 
 if ! has_target && command -v rustup >/dev/null; then
   say "adding the target $target"
   timeout 120 rustup target add "$target" >&2 || say "rustup could not add $target; trying Debian's compiler"
 fi
 if has_target; then
-  cargo "${arguments[@]}"
+  cargo "${arguments[@]}" "${lints[@]}"
 else
   debian_ready || install_debian || fail "no compiler for $target: 'rustup target add $target' failed, and so did installing Debian's rustc-web, cargo-web and rust-web-src"
   debian_ready || fail "Debian's rustc has no library source: install rust-web-src"
   folder=$(linker_folder) || fail "no linker: neither rustup's rust-lld nor Debian's lld is installed"
   # RUSTC_BOOTSTRAP lets a stable compiler build `core`; RUSTUP_TOOLCHAIN and wrappers would lead elsewhere.
   env -u RUSTUP_TOOLCHAIN -u RUSTC_WRAPPER -u CARGO PATH="$folder:$PATH" RUSTC=/usr/bin/rustc RUSTDOC=/usr/bin/rustdoc \
-    RUSTC_BOOTSTRAP=1 /usr/bin/cargo "${arguments[@]}" -Zbuild-std=core,alloc
+    RUSTC_BOOTSTRAP=1 /usr/bin/cargo "${arguments[@]}" -Zbuild-std=core,alloc "${lints[@]}"
 fi
 
 built=$target_dir/$target/firmware/vitrine-pico

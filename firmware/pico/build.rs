@@ -19,6 +19,8 @@ struct Board {
 struct Group {
     #[serde(default)]
     peripherals: BTreeMap<String, String>,
+    #[serde(default)]
+    by_number: bool,
 }
 
 #[derive(Deserialize)]
@@ -74,15 +76,17 @@ fn pin_table(board: &Board) -> Result<String, Box<dyn Error>> {
     }
     text.push_str("}\n");
     for pin in &board.pin {
-        if !board.group.contains_key(&pin.group) {
+        let Some(group) = board.group.get(&pin.group) else {
             return Err(format!("pins.toml: GP{} names the unknown group '{}'", pin.gp, pin.group).into());
-        }
+        };
         let twice = board.pin.iter().filter(|other| other.gp == pin.gp || other.net == pin.net).count();
         if twice != 1 {
             return Err(format!("pins.toml: GP{} or its net {} is used twice", pin.gp, pin.net).into());
         }
-        writeln!(text, "/// GP{}: {}.", pin.gp, pin.function)?;
-        writeln!(text, "pub(crate) const {}: usize = {};", pin.net, pin.gp)?;
+        if group.by_number {
+            writeln!(text, "/// GP{}: {}.", pin.gp, pin.function)?;
+            writeln!(text, "pub(crate) const {}: usize = {};", pin.net, pin.gp)?;
+        }
     }
     Ok(text)
 }
@@ -120,8 +124,13 @@ fn region(script: &str, name: &str) -> Result<(u32, u32), Box<dyn Error>> {
         .lines()
         .find(|line| line.split_whitespace().next() == Some(name))
         .ok_or_else(|| format!("memory.x: no region {name}"))?;
-    let value = |key: &str| -> Option<&str> { Some(line.split(key).nth(1)?.split(',').next()?.trim_start_matches([' ', '=']).trim()) };
+    let value = |key: &str| -> Option<&str> {
+        Some(line.split(key).nth(1)?.split(',').next()?.trim_start_matches([' ', '=']).trim())
+    };
     let origin = value("ORIGIN").and_then(|text| u32::from_str_radix(text.strip_prefix("0x")?, 16).ok());
-    let length = value("LENGTH").and_then(|text| text.strip_suffix('K')?.parse::<u32>().ok()).map(|kib| kib * 1024);
-    origin.zip(length).ok_or_else(|| format!("memory.x: {name} is not 'ORIGIN = 0x..., LENGTH = ...K'").into())
+    let length =
+        value("LENGTH").and_then(|text| text.strip_suffix('K')?.parse::<u32>().ok()).map(|kib| kib * 1024);
+    origin
+        .zip(length)
+        .ok_or_else(|| format!("memory.x: {name} is not 'ORIGIN = 0x..., LENGTH = ...K'").into())
 }

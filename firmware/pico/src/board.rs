@@ -1,7 +1,7 @@
 //! The board: its pins and what else of the chip each owner gets, generated from hardware/pins.toml.
 
 use assign_resources::assign_resources;
-use embassy_rp::{Peri, bind_interrupts, dma, peripherals};
+use embassy_rp::{Peri, Peripherals, bind_interrupts, dma, peripherals};
 
 include!(concat!(env!("OUT_DIR"), "/pins.rs"));
 
@@ -12,3 +12,8 @@ bind_interrupts!(pub(crate) struct Interrupts {
     UART0_IRQ => embassy_rp::uart::BufferedInterruptHandler<peripherals::UART0>;
     DMA_IRQ_0 => dma::InterruptHandler<peripherals::DMA_CH0>;
 });
+
+/// Hands every owner what is its own.
+pub(crate) fn split(peripherals: Peripherals) -> AssignedResources {
+    split_resources!(peripherals)
+}

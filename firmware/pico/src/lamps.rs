@@ -7,15 +7,15 @@ use core::convert::Infallible;
 
 use defmt::warn;
 use embassy_rp::gpio::{Level, Output};
-use embassy_rp::pac;
 use embassy_rp::peripherals::PWM_SLICE1;
 use embassy_rp::pwm::{Config, Pwm};
+use embassy_rp::{Peri, pac};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, with_timeout};
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
 use fixed::types::U12F4;
-use vitrine_drivers::lamps::{Counts, LampPair};
+use vitrine_drivers::lamps::{Counts, LampError, LampPair};
 use vitrine_exhibit::duty::{PWM_FULL, PWM_TOP};
 use vitrine_exhibit::governor::LampCommand;
 
@@ -66,18 +66,18 @@ impl SetDutyCycle for Dimming {
 }
 
 /// Takes the lamps' pins; both lamps are dark.
-pub(crate) fn take(resources: LampsResources) -> (Lamps, Pwm<'static>) {
+///
+/// # Errors
+/// The output that did not go dark.
+pub(crate) fn take(resources: LampsResources) -> Result<(Lamps, Pwm<'static>), LampError> {
     let enable = Output::new(resources.enable, Level::Low);
-    let slice: embassy_rp::Peri<'static, PWM_SLICE1> = resources.slice;
+    let slice: Peri<'static, PWM_SLICE1> = resources.slice;
     let mut config = Config::default();
     config.top = PWM_TOP;
     config.divider = DIVIDER;
     let pwm = Pwm::new_output_ab(slice, resources.top, resources.bottom, config);
     darkness::darken();
-    match LampPair::new(Dimming { is_top: true }, Dimming { is_top: false }, enable) {
-        Ok(lamps) => (lamps, pwm),
-        Err(error) => defmt::panic!("lamps: {}", defmt::Debug2Format(&error)),
-    }
+    Ok((LampPair::new(Dimming { is_top: true }, Dimming { is_top: false }, enable)?, pwm))
 }
 
 /// Brings the governor's commands to the pins.
@@ -96,10 +96,11 @@ pub(crate) async fn run(mut lamps: Lamps, _pwm: Pwm<'static>) -> ! {
 fn obey(lamps: &mut Lamps, command: LampCommand) {
     let counts = command.counts();
     let counts = Counts { top: counts.top, bottom: counts.bottom };
-    let lit = command.is_enabled() && darkness::light_unless_tripped(|| {
-        // The outputs of this board cannot fail.
-        let _ = lamps.light(counts);
-    });
+    let lit = command.is_enabled()
+        && darkness::light_unless_tripped(|| {
+            // The outputs of this board cannot fail.
+            let _ = lamps.light(counts);
+        });
     if !lit {
         darkness::darken();
         let _ = lamps.dark();

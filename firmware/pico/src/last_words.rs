@@ -81,7 +81,12 @@ impl Write for Clipped {
     }
 }
 
-fn end(write: impl FnOnce(&mut Clipped) -> core::fmt::Result) -> ! {
+/// Ends the program for a reason of its own: dark, note, reset.
+pub(crate) fn end(reason: &str) -> ! {
+    end_with(|note| note.write_str(reason))
+}
+
+fn end_with(write: impl FnOnce(&mut Clipped) -> core::fmt::Result) -> ! {
     darkness::darken();
     cortex_m::interrupt::disable();
     let mut note = Clipped(String::new());
@@ -103,11 +108,11 @@ fn reset() -> ! {
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
-    end(|note| write!(note, "{info}"))
+    end_with(|note| write!(note, "{info}"))
 }
 
 /// The processor's fault: the frame says where.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    end(|note| write!(note, "hard fault at {:#010x}, called from {:#010x}", frame.pc(), frame.lr()))
+    end_with(|note| write!(note, "hard fault at {:#010x}, called from {:#010x}", frame.pc(), frame.lr()))
 }

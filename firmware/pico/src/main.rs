@@ -1,14 +1,91 @@
 //! The RP2040 image of the exhibit controller.
+//!
+//! Who owns what:
+//!
+//! | owner | runs | owns |
+//! |---|---|---|
+//! | [`guard`] | interrupt, highest priority | the interlock's edges: dark at once |
+//! | [`controller`] | interrupt executor, 100 Hz | the state of the exhibit |
+//! | [`lamps`] | interrupt executor | both PWM channels and the enable line |
+//! | [`sensors`] | thread executor | the I2C bus: viewer sensors, ultraviolet sensor, battery clock |
+//! | [`analog`] | thread executor | the converter: temperatures, supply |
+//! | [`front`] | thread executor | status LED and staff key |
+//! | [`watchdog`] | thread executor | the watchdog, fed when all have checked in |
+//!
+//! Values go from owner to owner; nobody shares what somebody owns. However the program ends, [`last_words`] makes
+//! the lamps dark before anything else.
 #![no_std]
 #![no_main]
+#![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+
+mod analog;
+mod board;
+mod controller;
+mod darkness;
+mod front;
+mod guard;
+mod lamps;
+mod last_words;
+mod readings;
+mod sensors;
+mod watchdog;
+
+use defmt::{error, info};
 use defmt_rtt as _;
-#[panic_handler]
-fn panic(_: &core::panic::PanicInfo) -> ! {
-    loop {}
+use embassy_executor::{SpawnError, SpawnToken, Spawner};
+use embassy_rp::executor::InterruptExecutor;
+use embassy_rp::interrupt::{self, InterruptExt, Priority};
+use static_cell::StaticCell;
+use vitrine_exhibit::controller::State;
+use vitrine_exhibit::ledger::LedgerRecord;
+use vitrine_exhibit::plan::ValidPlan;
+
+/// Runs the tasks that must not wait for the others.
+static PROMPT: InterruptExecutor = InterruptExecutor::new();
+
+#[embassy_rp::interrupt]
+unsafe fn SWI_IRQ_1() {
+    // SAFETY: this is the interrupt that the executor was started on, and nobody else calls it.
+    unsafe { PROMPT.on_interrupt() }
 }
-#[cortex_m_rt::entry]
-fn main() -> ! {
-    let _p = embassy_rp::init(Default::default());
-    defmt::info!("hello");
-    loop {}
+
+#[embassy_executor::main(executor = "embassy_rp::executor::Executor", entry = "cortex_m_rt::entry")]
+async fn main(spawner: Spawner) {
+    let resources = board::split(embassy_rp::init(embassy_rp::config::Config::default()));
+    darkness::darken();
+    if let Some(note) = last_words::take() {
+        error!("the program before this one ended: {}", note.as_str());
+    }
+    let dog = watchdog::Dog::wake(resources.dog);
+    set_priorities();
+    let interlock = guard::arm(resources.interlock);
+    let Ok((lamps, pwm)) = lamps::take(resources.lamps) else { last_words::end("the lamps did not go dark") };
+
+    static STATE: StaticCell<State> = StaticCell::new();
+    static PLAN: StaticCell<Option<ValidPlan>> = StaticCell::new();
+    let state = STATE.init_with(|| State::new(LedgerRecord::default(), dog.after_fault()));
+    let plan = PLAN.init(None);
+
+    let prompt = PROMPT.start(interrupt::SWI_IRQ_1);
+    prompt.spawn(started(lamps::run(lamps, pwm)));
+    prompt.spawn(started(controller::run(state, interlock, plan)));
+    spawner.spawn(started(sensors::run(resources.sensors)));
+    spawner.spawn(started(analog::run(resources.analog)));
+    spawner.spawn(started(front::run(resources.front)));
+    spawner.spawn(started(watchdog::run(dog)));
+    info!("started");
+}
+
+/// The interlock goes before everything; time and the state's owner before what talks to the world.
+fn set_priorities() {
+    interrupt::TIMER_IRQ_0.set_priority(Priority::P1);
+    interrupt::SWI_IRQ_1.set_priority(Priority::P1);
+    for slow in [interrupt::USBCTRL_IRQ, interrupt::UART0_IRQ, interrupt::I2C0_IRQ, interrupt::ADC_IRQ_FIFO] {
+        slow.set_priority(Priority::P2);
+    }
+}
+
+/// Each task is spawned once, into room made for one: a failure is a fault of the program.
+fn started<S>(token: Result<SpawnToken<S>, SpawnError>) -> SpawnToken<S> {
+    token.unwrap_or_else(|_| last_words::end("a task was started twice"))
 }

@@ -4,11 +4,11 @@
 //! counts such starts, and latches the controller dark when they come too often.
 
 use defmt::{info, warn};
-use embassy_rp::Peri;
-use embassy_rp::peripherals::WATCHDOG;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Ticker};
 use portable_atomic::{AtomicU32, Ordering};
+
+use crate::board::DogResources;
 
 /// From the last feed to the reset.
 const TIMEOUT: Duration = Duration::from_millis(500);
@@ -28,15 +28,9 @@ pub(crate) enum Client {
     Sensors = 1 << 2,
     /// The owner of the converter.
     Analog = 1 << 3,
-    /// The owner of flash.
-    Store = 1 << 4,
-    /// The link over USB.
-    Usb = 1 << 5,
-    /// The link over the serial port.
-    Serial = 1 << 6,
 }
 
-const ALL_CLIENTS: u32 = (1 << 7) - 1;
+const ALL_CLIENTS: u32 = (1 << 4) - 1;
 
 static CHECKED_IN: AtomicU32 = AtomicU32::new(0);
 
@@ -53,8 +47,8 @@ pub(crate) struct Dog {
 
 impl Dog {
     /// Starts the watchdog.
-    pub(crate) fn wake(peripheral: Peri<'static, WATCHDOG>) -> Self {
-        let mut watchdog = Watchdog::new(peripheral);
+    pub(crate) fn wake(resources: DogResources) -> Self {
+        let mut watchdog = Watchdog::new(resources.watchdog);
         let after_fault = watchdog.reset_reason().is_some();
         if after_fault {
             warn!("started after a fault or a task that hung");

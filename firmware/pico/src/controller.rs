@@ -1,0 +1,138 @@
+//! The owner of the state: one step of the exhibit's mind, a hundred times a second.
+//!
+//! Runs on the interrupt executor, above all tasks that talk to sensors, hosts and flash. Everything comes to it as
+//! values, and leaves it as values; it waits for nothing but the next tick.
+
+use core::cell::RefCell;
+
+use embassy_sync::blocking_mutex::CriticalSectionMutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Instant, Ticker};
+use heapless::Vec;
+use vitrine_drivers::interlock::Loops;
+use vitrine_exhibit::controller::{Snapshot, State, step};
+use vitrine_exhibit::events::{Event, Events};
+use vitrine_exhibit::inputs::{Contact, Inputs, InterlockLoops, Request};
+use vitrine_exhibit::ledger::{LedgerRecord, StoredReservation};
+use vitrine_exhibit::plan::ValidPlan;
+use vitrine_exhibit::units::Milliseconds;
+use vitrine_exhibit::viewer::ThermalFrame;
+
+use crate::guard::Interlock;
+use crate::watchdog::{Client, check_in};
+use crate::{darkness, front, lamps, readings};
+
+/// A hundred steps a second.
+const STEP: Duration = Duration::from_millis(10);
+
+/// The most requests of one step; more wait for the next.
+const REQUESTS_A_STEP: usize = 4;
+
+/// What hosts ask.
+pub(crate) static REQUESTS: Channel<CriticalSectionRawMutex, Request, 8> = Channel::new();
+
+/// A plan slot: the store fills it, the controller keeps it while it is the active one.
+pub(crate) type PlanSlot = &'static mut Option<ValidPlan>;
+
+/// A new plan, on its way to the controller.
+pub(crate) static NEW_PLAN: Channel<CriticalSectionRawMutex, PlanSlot, 1> = Channel::new();
+
+/// The slot of the plan before, on its way back to the store.
+pub(crate) static OLD_PLAN: Channel<CriticalSectionRawMutex, PlanSlot, 2> = Channel::new();
+
+/// A ledger record that must be stored before the lamps may go on.
+pub(crate) static TO_STORE: Signal<CriticalSectionRawMutex, LedgerRecord> = Signal::new();
+
+/// The ledger record that was stored last.
+pub(crate) static STORED: Signal<CriticalSectionRawMutex, StoredReservation> = Signal::new();
+
+/// What happened, for the log. What finds no room is lost: the loop does not wait for flash.
+pub(crate) static EVENTS: Channel<CriticalSectionRawMutex, Event, 32> = Channel::new();
+
+static SNAPSHOT: CriticalSectionMutex<RefCell<Option<Snapshot>>> =
+    CriticalSectionMutex::new(RefCell::new(None));
+
+/// What the controller tells of itself after its last step.
+pub(crate) fn snapshot() -> Snapshot {
+    SNAPSHOT.lock(|snapshot| *snapshot.borrow()).unwrap_or_default()
+}
+
+/// Steps the mind for ever.
+#[embassy_executor::task]
+pub(crate) async fn run(state: &'static mut State, mut interlock: Interlock, mut plan: PlanSlot) -> ! {
+    let mut ticker = Ticker::every(STEP);
+    let mut last = Instant::now();
+    let mut stored_sequence = None;
+    loop {
+        ticker.next().await;
+        if let Ok(new) = NEW_PLAN.try_receive() {
+            let old = core::mem::replace(&mut plan, new);
+            // Room for both slots: this cannot fail.
+            let _ = OLD_PLAN.try_send(old);
+        }
+        let now = Instant::now();
+        let elapsed = now.saturating_duration_since(last).as_millis();
+        last += Duration::from_millis(elapsed);
+        let elapsed = Milliseconds(u32::try_from(elapsed).unwrap_or(u32::MAX));
+        let events = one_step(state, loops(interlock.read()), plan.as_ref(), elapsed);
+        tell(state, &events, &mut stored_sequence);
+        check_in(Client::Controller);
+    }
+}
+
+fn one_step(
+    state: &mut State,
+    interlock: InterlockLoops,
+    plan: Option<&ValidPlan>,
+    elapsed: Milliseconds,
+) -> Events {
+    let readings = readings::take();
+    let [left, right] = readings.thermal;
+    let (left, right) = (left.map(ThermalFrame::left), right.map(ThermalFrame::right));
+    let mut requests: Vec<Request, REQUESTS_A_STEP> = Vec::new();
+    while !requests.is_full()
+        && let Ok(request) = REQUESTS.try_receive()
+    {
+        let _ = requests.push(request);
+    }
+    let inputs = Inputs {
+        plan,
+        thermal: [left.as_ref(), right.as_ref()],
+        radar: None,
+        interlock,
+        boards: readings.lamp_boards,
+        enclosure: None,
+        supply: readings.supply,
+        ultraviolet: readings.ultraviolet,
+        now: readings.now,
+        requests: &requests,
+        staff_key: front::staff_key_is_pressed(),
+        stored: STORED.try_take(),
+    };
+    let (command, events) = step(state, &inputs, elapsed);
+    lamps::COMMAND.signal(command);
+    events
+}
+
+/// An edge between two steps counts as open in the step that follows it, however short it was.
+fn loops(seen: Loops) -> InterlockLoops {
+    let tripped = darkness::take_trip();
+    let contact = |closed: bool| if closed && !tripped { Contact::Closed } else { Contact::Open };
+    InterlockLoops { a: contact(seen.a_closed), b: contact(seen.b_closed) }
+}
+
+fn tell(state: &State, events: &Events, stored_sequence: &mut Option<u32>) {
+    if let Some(record) = state.ledger().to_store()
+        && *stored_sequence != Some(record.sequence)
+    {
+        *stored_sequence = Some(record.sequence);
+        TO_STORE.signal(*record);
+    }
+    for event in events.iter() {
+        let _ = EVENTS.try_send(event);
+    }
+    let snapshot = *state.snapshot();
+    SNAPSHOT.lock(|shared| *shared.borrow_mut() = Some(snapshot));
+}

@@ -1,0 +1,64 @@
+//! What staff see and press: the status LED on the board, and the key.
+
+use embassy_rp::gpio::{Input, Level, Output, Pull};
+use embassy_time::{Duration, Ticker};
+use portable_atomic::{AtomicBool, Ordering};
+use vitrine_exhibit::controller::Snapshot;
+use vitrine_exhibit::events::DarkReason;
+
+use crate::board::FrontResources;
+use crate::controller;
+
+/// One beat of the LED's patterns, and the key's debounce: it must read the same twice.
+const BEAT: Duration = Duration::from_millis(50);
+
+static KEY_IS_PRESSED: AtomicBool = AtomicBool::new(false);
+
+/// Tells whether the staff key is held down.
+pub(crate) fn staff_key_is_pressed() -> bool {
+    KEY_IS_PRESSED.load(Ordering::Relaxed)
+}
+
+/// Shows the state and reads the key for ever.
+#[embassy_executor::task]
+pub(crate) async fn run(resources: FrontResources) -> ! {
+    let mut led = Output::new(resources.status_led, Level::Low);
+    let key = Input::new(resources.staff_key, Pull::Up);
+    let mut ticker = Ticker::every(BEAT);
+    let mut was_low = false;
+    for beat in (0_u32..).cycle() {
+        let is_low = key.is_low();
+        if is_low == was_low {
+            KEY_IS_PRESSED.store(is_low, Ordering::Relaxed);
+        }
+        was_low = is_low;
+        led.set_level(Level::from(is_lit(&controller::snapshot(), beat)));
+        ticker.next().await;
+    }
+    core::future::pending().await
+}
+
+/// Steady: lit. A short blink every second: dark as it should be. Twice a second: somebody has to do something.
+/// Hurried: a fault.
+fn is_lit(snapshot: &Snapshot, beat: u32) -> bool {
+    match snapshot.dark {
+        None => true,
+        Some(
+            DarkReason::Starting
+            | DarkReason::StaffKey
+            | DarkReason::HostRequest
+            | DarkReason::Closed
+            | DarkReason::NobodyThere
+            | DarkReason::NothingToShow
+            | DarkReason::LedgerNotStored,
+        ) => beat % 20 == 0,
+        Some(
+            DarkReason::InterlockOpen
+            | DarkReason::InterlockNotArmed
+            | DarkReason::NoPlan
+            | DarkReason::ClockInvalid
+            | DarkReason::LifeDose,
+        ) => beat % 10 < 5,
+        Some(_) => beat % 4 < 2,
+    }
+}
