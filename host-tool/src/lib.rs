@@ -3,4 +3,11 @@
 
 pub mod build_folder;
 pub mod config;
+pub mod design;
+pub mod measure;
+pub mod optics;
+pub mod picture;
+pub mod projection;
+pub mod stack;
 pub mod starter;
+pub mod volume;

@@ -1,0 +1,31 @@
+//! The design engine: from patterns to a volume, and to the lamps that show each view at its best.
+//!
+//! [`design`] takes a [`DesignRequest`] (the stack, the views with their patterns, settings) and returns a
+//! [`Design`]: the volume as it will be written, each view's emphasis, and what each view shows with its
+//! measures. It does no input or output.
+
+mod emphasis;
+mod product;
+mod request;
+mod result;
+
+pub use emphasis::{best_pair, neutral_pair};
+pub use product::product;
+pub use request::{
+    DesignError, DesignRequest, DesignSettings, Method, OpticsModel, Progress, Tone, ViewRequest,
+};
+pub use result::{Design, ViewDesign};
+
+/// Designs the volume and the lamp pairs that the request asks for; `report` is told how far it is.
+///
+/// # Errors
+/// When the request cannot be met as it stands, with the field and the remedy.
+pub fn design(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Result<Design, DesignError> {
+    request.check()?;
+    let mut volume = match request.settings.method {
+        Method::Product => product(request, report),
+    };
+    volume.quantise(request.settings.ink_depth);
+    report(Progress { stage: "measuring the views", done: 0, total: 1, quality_db: None });
+    Ok(Design::of(request, volume))
+}

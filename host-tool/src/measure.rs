@@ -1,0 +1,181 @@
+//! Measures of quality: how well a projection shows its pattern, and at what cost in light.
+
+mod similarity;
+
+use crate::design::Tone;
+use crate::picture::{Picture, srgb_encode};
+use crate::volume::Volume;
+
+pub use similarity::structural_similarity;
+
+/// How well one projection shows its pattern.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quality {
+    /// The gain that fits the projection to the pattern.
+    pub gain: f64,
+    /// Peak signal-to-noise ratio over all pixels and channels, in dB.
+    pub psnr_db: f64,
+    /// Structural similarity, mean over channels.
+    pub ssim: f64,
+    /// Brightness: the 99.5th percentile of the projection, as a part of what the volume's brightest ink
+    /// (99.9th percentile) on every film would give.
+    pub efficiency: f64,
+    /// 99th percentile of the projection's values over its 1st, at most 1000.
+    pub contrast: f64,
+    /// The largest correlation of what is wrong in this view with another view's pattern, -1..=1.
+    pub cross_talk: f64,
+}
+
+/// A projection brought to its pattern by one gain.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The gain.
+    pub gain: f64,
+    /// The projection times the gain, as code values in 0..=1.
+    pub picture: Picture,
+}
+
+/// Brings a projection to its pattern (code values) by one gain over all channels.
+///
+/// With code values the gain is the least-squares one, `<P,T>/<P,P>`. In linear light it is the one that
+/// makes the encoded pictures agree best, searched around the linear fit.
+pub fn fit(projection: &Picture, pattern: &Picture, tone: Tone) -> Fitted {
+    match tone {
+        Tone::Code => {
+            let gain = least_squares_gain(projection.values(), pattern.values());
+            Fitted { gain, picture: projection.map(|value| (gain as f32 * value).clamp(0.0, 1.0)) }
+        }
+        Tone::Linear => {
+            let start = least_squares_gain(projection.values(), pattern.decoded().values());
+            let gain = best_encoded_gain(projection, pattern, start);
+            Fitted { gain, picture: projection.map(|value| srgb_encode(gain as f32 * value)) }
+        }
+    }
+}
+
+/// Returns the gain g that makes `g * values` nearest to `wanted`; 0 when all values are 0.
+pub fn least_squares_gain(values: &[f32], wanted: &[f32]) -> f64 {
+    let (mut product, mut square) = (0.0, 0.0);
+    for (&value, &wanted) in values.iter().zip(wanted) {
+        product += f64::from(value) * f64::from(wanted);
+        square += f64::from(value) * f64::from(value);
+    }
+    if square > 0.0 { (product / square).max(0.0) } else { 0.0 }
+}
+
+/// Returns the peak signal-to-noise ratio in dB of two pictures in 0..=1, at most 120.
+pub fn psnr_db(picture: &Picture, pattern: &Picture) -> f64 {
+    let mean = mean_square_error(picture.values(), pattern.values());
+    -10.0 * mean.max(1e-12).log10()
+}
+
+/// Returns the mean of the squared differences.
+pub fn mean_square_error(values: &[f32], wanted: &[f32]) -> f64 {
+    let sum: f64 = values.iter().zip(wanted).map(|(&a, &b)| f64::from(a - b) * f64::from(a - b)).sum();
+    sum / values.len().max(1) as f64
+}
+
+/// Measures one view's projection against the patterns (code values) of all views, its own being `own`.
+///
+/// `full_light` is what the volume's brightest ink on every film would give: see [`brightest_ink`].
+pub fn measure(
+    projection: &Picture,
+    patterns: &[&Picture],
+    own: usize,
+    tone: Tone,
+    full_light: f64,
+) -> (Quality, Picture) {
+    let pattern = patterns[own];
+    let Fitted { gain, picture } = fit(projection, pattern, tone);
+    let mut sorted: Vec<f32> = projection.values().to_vec();
+    let bright = percentile(&mut sorted, 99.5);
+    let contrast = percentile(&mut sorted, 99.0) / percentile(&mut sorted, 1.0).max(1e-9);
+    let error: Vec<f32> = picture.values().iter().zip(pattern.values()).map(|(a, b)| a - b).collect();
+    let others = patterns.iter().enumerate().filter(|(index, _)| *index != own);
+    let cross_talk = others
+        .map(|(_, other)| correlation(&error, other.values()))
+        .max_by(|a, b| a.abs().total_cmp(&b.abs()))
+        .unwrap_or(0.0);
+    let quality = Quality {
+        gain,
+        psnr_db: psnr_db(&picture, pattern),
+        ssim: structural_similarity(&picture, pattern),
+        efficiency: if full_light > 0.0 { bright / full_light } else { 0.0 },
+        contrast: contrast.min(1000.0),
+        cross_talk,
+    };
+    (quality, picture)
+}
+
+/// Returns the 99.9th percentile of a volume's ink, to 1 part in 65,535: its brightest ink, outliers aside.
+pub fn brightest_ink(volume: &Volume) -> f64 {
+    let mut counts = vec![0u64; 65_536];
+    for &value in volume.values() {
+        counts[(value.clamp(0.0, 1.0) * 65_535.0).round() as usize] += 1;
+    }
+    let wanted = ((volume.values().len() as f64 - 1.0) * 0.999).floor() as u64;
+    let mut seen = 0;
+    let position = counts.iter().position(|&count| {
+        seen += count;
+        seen > wanted
+    });
+    position.unwrap_or(0) as f64 / 65_535.0
+}
+
+/// Returns the percentile `percent` of the values, interpolated linearly between ranks; their order changes.
+pub fn percentile(values: &mut [f32], percent: f64) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let rank = (values.len() - 1) as f64 * percent / 100.0;
+    let (_, &mut below, rest) = values.select_nth_unstable_by(rank.floor() as usize, f32::total_cmp);
+    let above = rest.iter().copied().fold(f32::INFINITY, f32::min);
+    let above = if above.is_finite() { above } else { below };
+    f64::from(below) + rank.fract() * f64::from(above - below)
+}
+
+/// Returns Pearson's correlation of two rows of numbers; 0 when either does not vary.
+pub fn correlation(a: &[f32], b: &[f32]) -> f64 {
+    let mean =
+        |values: &[f32]| values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len().max(1) as f64;
+    let (mean_a, mean_b) = (mean(a), mean(b));
+    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
+    for (&x, &y) in a.iter().zip(b) {
+        let (x, y) = (f64::from(x) - mean_a, f64::from(y) - mean_b);
+        ab += x * y;
+        aa += x * x;
+        bb += y * y;
+    }
+    if aa * bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 }
+}
+
+/// Searches the gain by golden section on its logarithm, between a fifth and five times the start.
+fn best_encoded_gain(projection: &Picture, pattern: &Picture, start: f64) -> f64 {
+    if start <= 0.0 {
+        return 0.0;
+    }
+    // One value in seven tells the gain to four digits; the stride shares no factor with usual widths.
+    let error = |gain: f64| {
+        let pairs = projection.values().iter().zip(pattern.values()).step_by(7);
+        pairs.map(|(&p, &t)| f64::from(srgb_encode(gain as f32 * p) - t).powi(2)).sum::<f64>()
+    };
+    let golden = (5f64.sqrt() - 1.0) / 2.0;
+    let (mut low, mut high) = ((start / 5.0).ln(), (start * 5.0).ln());
+    let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
+    let (mut error_left, mut error_right) = (error(left.exp()), error(right.exp()));
+    while high - low > 1e-4 {
+        if error_left < error_right {
+            (high, right, error_right) = (right, left, error_left);
+            left = high - golden * (high - low);
+            error_left = error(left.exp());
+        } else {
+            (low, left, error_left) = (left, right, error_right);
+            right = low + golden * (high - low);
+            error_right = error(right.exp());
+        }
+    }
+    f64::midpoint(low, high).exp()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,248 @@
+//! Pictures: planar RGB in 0..=1, read from and written to files.
+
+mod jpeg;
+
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use fast_image_resize::images::TypedImage;
+use fast_image_resize::pixels::F32;
+use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
+use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageReader};
+use thiserror::Error;
+
+use crate::volume::CHANNELS;
+
+/// A picture of red, green and blue values, planar: channel, row, column.
+///
+/// Values read from files are sRGB code values in 0..=1; projections may exceed 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    width: usize,
+    height: usize,
+    values: Vec<f32>,
+}
+
+/// Why a picture cannot be read or written.
+#[derive(Debug, Error)]
+pub enum PictureError {
+    /// The file cannot be opened or read.
+    #[error("cannot read the picture {}: {cause}; check that the file is there and may be read", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        cause: std::io::Error,
+    },
+    /// The file is no picture, or it is damaged.
+    #[error("{} is not a whole picture: {cause}; give a complete JPEG, PNG, TIFF or WebP file (copy or export it again)", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What the decoder says.
+        cause: String,
+    },
+    /// The file cannot be written.
+    #[error("cannot write {}: {cause}; check that the folder is there, may be written and has room", path.display())]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        cause: std::io::Error,
+    },
+}
+
+impl Picture {
+    /// Makes a black picture.
+    pub fn new(width: usize, height: usize) -> Self {
+        Self { width, height, values: vec![0.0; CHANNELS * width * height] }
+    }
+
+    /// Makes a picture from planar values, or `None` when their number is not `3 * width * height`.
+    pub fn from_values(width: usize, height: usize, values: Vec<f32>) -> Option<Self> {
+        (values.len() == CHANNELS * width * height).then_some(Self { width, height, values })
+    }
+
+    /// Reads a JPEG, PNG, TIFF or WebP file: its EXIF orientation is applied, transparent parts lie over
+    /// black, 16-bit values keep their precision.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is no picture, or ends before its last pixel.
+    pub fn read(path: &Path) -> Result<Self, PictureError> {
+        let bytes =
+            std::fs::read(path).map_err(|cause| PictureError::Unreadable { path: path.to_owned(), cause })?;
+        Self::decode(&bytes).map_err(|cause| PictureError::Damaged { path: path.to_owned(), cause })
+    }
+
+    /// Reads a file as [`Picture::read`], crops it about its centre to the shape of `width` x `height` and
+    /// resizes it. A picture that already has this size passes unchanged.
+    ///
+    /// # Errors
+    /// As [`Picture::read`].
+    pub fn read_fitted(path: &Path, width: usize, height: usize) -> Result<Self, PictureError> {
+        Self::read(path)?
+            .fitted(width, height)
+            .map_err(|cause| PictureError::Damaged { path: path.to_owned(), cause })
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// All values: channel, row, column.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// All values, to write: channel, row, column.
+    pub fn values_mut(&mut self) -> &mut [f32] {
+        &mut self.values
+    }
+
+    /// The values of one channel, row by row.
+    pub fn channel(&self, channel: usize) -> &[f32] {
+        let size = self.width * self.height;
+        &self.values[channel * size..(channel + 1) * size]
+    }
+
+    /// The values of one channel, row by row, to write.
+    pub fn channel_mut(&mut self, channel: usize) -> &mut [f32] {
+        let size = self.width * self.height;
+        &mut self.values[channel * size..(channel + 1) * size]
+    }
+
+    /// Returns the picture with `convert` applied to every value.
+    pub fn map(&self, convert: impl Fn(f32) -> f32) -> Self {
+        Self { values: self.values.iter().map(|&value| convert(value)).collect(), ..*self }
+    }
+
+    /// Returns the light that the code values stand for.
+    pub fn decoded(&self) -> Self {
+        self.map(srgb_decode)
+    }
+
+    /// Returns the code values that stand for this light.
+    pub fn encoded(&self) -> Self {
+        self.map(srgb_encode)
+    }
+
+    /// Returns the picture as interleaved 8-bit RGB, rounded to the nearest value.
+    pub fn rgb8(&self) -> Vec<u8> {
+        let [red, green, blue] = [0, 1, 2].map(|channel| self.channel(channel));
+        let mut pixels = Vec::with_capacity(self.values.len());
+        for ((&r, &g), &b) in red.iter().zip(green).zip(blue) {
+            pixels.extend([r, g, b].map(|value| (value.clamp(0.0, 1.0) * 255.0).round() as u8));
+        }
+        pixels
+    }
+
+    /// Writes the picture as an 8-bit RGB PNG, whole or not at all.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write_png(&self, path: &Path) -> Result<(), PictureError> {
+        write_png_rgb8(path, &self.rgb8(), self.width, self.height)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, String> {
+        if jpeg::is_jpeg(bytes) && !jpeg::is_whole(bytes) {
+            return Err("the JPEG data end too early".into());
+        }
+        let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+        let mut decoder = reader.into_decoder().map_err(|e| e.to_string())?;
+        let orientation = decoder.orientation().map_err(|e| e.to_string())?;
+        let mut image = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
+        image.apply_orientation(orientation);
+        Ok(Self::from_image(&image))
+    }
+
+    fn from_image(image: &DynamicImage) -> Self {
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        let mut picture = Self::new(width, height);
+        let eight_bits = image.color().bytes_per_pixel() == image.color().channel_count();
+        let mut put = |index: usize, [r, g, b, alpha]: [f32; 4]| {
+            for (channel, value) in [r, g, b].into_iter().enumerate() {
+                picture.values[channel * width * height + index] = (value * alpha).clamp(0.0, 1.0);
+            }
+        };
+        if eight_bits {
+            for (index, pixel) in image.to_rgba8().pixels().enumerate() {
+                put(index, pixel.0.map(|value| f32::from(value) / 255.0));
+            }
+        } else {
+            for (index, pixel) in image.to_rgba32f().pixels().enumerate() {
+                put(index, pixel.0);
+            }
+        }
+        picture
+    }
+
+    /// Crops about the centre to the shape of `width` x `height` and resizes in linear light.
+    fn fitted(&self, width: usize, height: usize) -> Result<Self, String> {
+        if (self.width, self.height) == (width, height) {
+            return Ok(self.clone());
+        }
+        let scale = (self.width as f64 / width as f64).min(self.height as f64 / height as f64);
+        let (crop_width, crop_height) = (scale * width as f64, scale * height as f64);
+        let (left, top) = ((self.width as f64 - crop_width) / 2.0, (self.height as f64 - crop_height) / 2.0);
+        let options = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Lanczos3)).crop(
+            left.max(0.0),
+            top.max(0.0),
+            crop_width,
+            crop_height,
+        );
+        let light = self.decoded();
+        let mut fitted = Self::new(width, height);
+        let mut resizer = Resizer::new();
+        for channel in 0..CHANNELS {
+            let pixels = light.channel(channel).iter().map(|&value| F32::new(value)).collect();
+            let source = TypedImage::from_pixels(self.width as u32, self.height as u32, pixels)
+                .map_err(|e| e.to_string())?;
+            let mut target = TypedImage::new(width as u32, height as u32);
+            resizer.resize_typed(&source, &mut target, &options).map_err(|e| e.to_string())?;
+            for (value, pixel) in fitted.channel_mut(channel).iter_mut().zip(target.pixels()) {
+                *value = srgb_encode(pixel.0.clamp(0.0, 1.0));
+            }
+        }
+        Ok(fitted)
+    }
+}
+
+/// Writes interleaved 8-bit RGB as a PNG file, whole or not at all: to a temporary file beside it, then renamed.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_png_rgb8(path: &Path, pixels: &[u8], width: usize, height: usize) -> Result<(), PictureError> {
+    let fail = |cause| PictureError::Unwritable { path: path.to_owned(), cause };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
+    image::codecs::png::PngEncoder::new(std::io::BufWriter::new(&mut file))
+        .write_image(pixels, width as u32, height as u32, image::ExtendedColorType::Rgb8)
+        .map_err(|error| match error {
+            image::ImageError::IoError(cause) => fail(cause),
+            other => fail(std::io::Error::other(other)),
+        })?;
+    file.persist(path).map_err(|error| fail(error.error))?;
+    Ok(())
+}
+
+/// Returns the light, 0..=1, that an sRGB code value stands for (IEC 61966-2-1).
+pub fn srgb_decode(code: f32) -> f32 {
+    let code = code.clamp(0.0, 1.0);
+    if code <= 0.040_45 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Returns the sRGB code value that stands for light in 0..=1 (IEC 61966-2-1).
+pub fn srgb_encode(light: f32) -> f32 {
+    let light = light.clamp(0.0, 1.0);
+    if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,106 @@
+use super::*;
+use proptest::prelude::*;
+
+fn photo(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("photos").join(name)
+}
+
+proptest! {
+    #[test]
+    fn encoding_undoes_decoding(code in 0.0f32..=1.0) {
+        prop_assert!((srgb_encode(srgb_decode(code)) - code).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_written_png_comes_back(pixels in proptest::collection::vec(any::<u8>(), 3 * 5 * 4)) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("picture.png");
+        write_png_rgb8(&path, &pixels, 5, 4).unwrap();
+        let picture = Picture::read(&path).unwrap();
+        prop_assert_eq!((picture.width(), picture.height()), (5, 4));
+        prop_assert_eq!(picture.rgb8(), pixels);
+    }
+}
+
+#[test]
+fn a_photograph_of_the_right_size_passes_unchanged() {
+    let read = Picture::read(&photo("cat.jpg")).unwrap();
+    let fitted = Picture::read_fitted(&photo("cat.jpg"), 512, 512).unwrap();
+    assert_eq!(read, fitted);
+}
+
+#[test]
+fn a_wide_picture_is_cropped_about_its_centre() {
+    let mut wide = Picture::new(9, 3);
+    for channel in 0..CHANNELS {
+        for row in 0..3 {
+            wide.channel_mut(channel)[row * 9 + 3..row * 9 + 6].fill(0.5);
+        }
+    }
+    let square = wide.fitted(3, 3).unwrap();
+    assert!(square.values().iter().all(|value| (value - 0.5).abs() < 1e-4), "{:?}", square.values());
+}
+
+#[test]
+fn resizing_averages_light_not_code_values() {
+    let mut stripes = Picture::new(64, 64);
+    for (index, value) in stripes.values_mut().iter_mut().enumerate() {
+        *value = if index % 2 == 0 { 1.0 } else { 0.0 };
+    }
+    let small = stripes.fitted(8, 8).unwrap();
+    let middle = small.channel(1)[4 * 8 + 4];
+    assert!((srgb_decode(middle) - 0.5).abs() < 0.02, "{middle}");
+}
+
+#[test]
+fn a_cut_photograph_is_an_error_that_names_the_file() {
+    let bytes = std::fs::read(photo("coffee.jpg")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cut.jpg");
+    for length in [bytes.len() / 2, bytes.len() - 40, 10] {
+        std::fs::write(&path, &bytes[..length]).unwrap();
+        let message = Picture::read(&path).unwrap_err().to_string();
+        assert!(message.contains("cut.jpg") && message.contains("copy or export it again"), "{message}");
+    }
+}
+
+#[test]
+fn a_text_file_is_no_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("notes.png");
+    std::fs::write(&path, "these are notes").unwrap();
+    assert!(matches!(Picture::read(&path), Err(PictureError::Damaged { .. })));
+    assert!(matches!(Picture::read(&folder.path().join("none.png")), Err(PictureError::Unreadable { .. })));
+}
+
+#[test]
+fn transparent_parts_lie_over_black_and_sixteen_bits_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("half.png");
+    let pixel = image::Rgba([40_001u16, 65_535, 0, 32_768]);
+    image::ImageBuffer::from_pixel(2, 2, pixel).save(&path).unwrap();
+    let picture = Picture::read(&path).unwrap();
+    let alpha = 32_768.0 / 65_535.0;
+    assert!((picture.channel(0)[0] - 40_001.0 / 65_535.0 * alpha).abs() < 1e-6);
+    assert!((picture.channel(1)[3] - alpha).abs() < 1e-6);
+    assert_eq!(picture.channel(2)[0], 0.0);
+}
+
+#[test]
+fn the_cameras_orientation_is_applied() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("turned.jpg");
+    let image = image::RgbImage::from_fn(16, 8, |x, _| image::Rgb([if x < 8 { 250 } else { 5 }; 3]));
+    let mut jpeg = Vec::new();
+    image::codecs::jpeg::JpegEncoder::new_with_quality(&mut jpeg, 95).encode_image(&image).unwrap();
+    // An EXIF segment with orientation 6: turn a quarter clockwise.
+    let exif = b"Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
+    let mut turned = jpeg[..2].to_vec();
+    turned.extend([0xFF, 0xE1, 0, exif.len() as u8 + 2]);
+    turned.extend(exif);
+    turned.extend(&jpeg[2..]);
+    std::fs::write(&path, turned).unwrap();
+    let picture = Picture::read(&path).unwrap();
+    assert_eq!((picture.width(), picture.height()), (8, 16));
+    assert!(picture.channel(0)[0] > 0.9 && picture.channel(0)[15 * 8] < 0.1);
+}

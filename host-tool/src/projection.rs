@@ -1,0 +1,236 @@
+//! What a volume shows in a direction, and the exact transpose of that.
+//!
+//! A point (x, y, z) appears in a view of slope (s, t) at (x - z s, y - z t), measured on the middle plane.
+//! For a viewer at distance D from the middle the eye E lies on that line, and the point appears at
+//! `(x E_z - z E_x) / (E_z - z)`, likewise y. Either way one film maps to the picture by a scale and a shift
+//! along each axis, so the map is separable. Between pixel centres the film is interpolated linearly; where
+//! a ray passes outside the outermost pixel centres it meets no light.
+
+mod axis;
+
+use rayon::prelude::*;
+
+use crate::optics::Direction;
+use crate::picture::Picture;
+use crate::stack::Stack;
+use crate::volume::{CHANNELS, Volume};
+use axis::Axis;
+
+/// Where the eye is along the line of sight.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum ViewerDistance {
+    /// So far away that all rays are parallel, as in the paper.
+    #[default]
+    Parallel,
+    /// This far from the middle of the stack, in mm.
+    Millimetres(f64),
+}
+
+/// The rays of one view: for every picture pixel, where they meet each film.
+#[derive(Clone, Debug)]
+pub struct Rays {
+    width: usize,
+    height: usize,
+    films: Vec<FilmRays>,
+}
+
+#[derive(Clone, Debug)]
+struct FilmRays {
+    rows: Axis,
+    columns: Axis,
+}
+
+impl Rays {
+    /// Follows the rays from a viewer in `direction` at `distance` through the stack.
+    ///
+    /// A viewer nearer than the top film sees nothing of it.
+    pub fn new(stack: &Stack, direction: Direction, distance: ViewerDistance) -> Self {
+        Self::misplaced(stack, direction, distance, &[])
+    }
+
+    /// As [`Rays::new`], with film k moved by `shifts_mm[k]` (x to the right, y up); films beyond the end of
+    /// `shifts_mm` are in their place.
+    pub fn misplaced(
+        stack: &Stack,
+        direction: Direction,
+        distance: ViewerDistance,
+        shifts_mm: &[(f64, f64)],
+    ) -> Self {
+        let heights: Vec<f64> = (0..stack.films).map(|film| stack.film_z_mm(film)).collect();
+        Self::at_heights(stack, direction, distance, shifts_mm, &heights)
+    }
+
+    /// As [`Rays::misplaced`], with film k at `heights_mm[k]` above the middle of the stack.
+    pub fn at_heights(
+        stack: &Stack,
+        direction: Direction,
+        distance: ViewerDistance,
+        shifts_mm: &[(f64, f64)],
+        heights_mm: &[f64],
+    ) -> Self {
+        let (slope_x, slope_y) = direction.slope(stack.index);
+        let pixel = stack.pixel_mm();
+        let films = heights_mm
+            .iter()
+            .enumerate()
+            .map(|(film, &z)| {
+                let scale = match distance {
+                    ViewerDistance::Parallel => 1.0,
+                    ViewerDistance::Millimetres(distance) => {
+                        1.0 - z * (1.0 + slope_x * slope_x + slope_y * slope_y).sqrt() / distance
+                    }
+                };
+                let (dx, dy) = shifts_mm.get(film).copied().unwrap_or_default();
+                FilmRays {
+                    columns: Axis::new(stack.width_px, scale, (z * slope_x - dx) / pixel),
+                    rows: Axis::new(stack.height_px, scale, -(z * slope_y - dy) / pixel),
+                }
+            })
+            .collect();
+        Self { width: stack.width_px, height: stack.height_px, films }
+    }
+
+    /// Columns of the picture and of each film.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows of the picture and of each film.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Whether every ray stays in its own row of pixels, so that each row is a problem of its own.
+    pub fn rows_are_apart(&self) -> bool {
+        self.films.iter().all(|film| film.rows.is_identity())
+    }
+
+    /// Adds to `picture` what the films of one channel show: for each pixel the sum over films of the
+    /// film's weight times its interpolated ink. `films` is film, row, column; `picture` is row, column.
+    pub fn project(&self, films: &[f32], weights: &[f32], picture: &mut [f32]) {
+        picture.par_chunks_mut(self.width * ROWS_AT_ONCE).enumerate().for_each(|(chunk, rows)| {
+            let mut scratch = vec![0.0; self.width];
+            for (index, target) in rows.chunks_mut(self.width).enumerate() {
+                self.project_row(chunk * ROWS_AT_ONCE + index, films, weights, target, &mut scratch);
+            }
+        });
+    }
+
+    /// Adds to `films` the transpose of [`Rays::project`] applied to `picture`.
+    pub fn back_project(&self, picture: &[f32], weights: &[f32], films: &mut [f32]) {
+        let size = self.width * self.height;
+        films.par_chunks_mut(size).zip(&self.films).zip(weights).for_each(|((plane, rays), &weight)| {
+            let mut scratch = vec![0.0; self.width];
+            for (row, target) in plane.chunks_mut(self.width).enumerate() {
+                if let Some(source) = rays.rows.gather_transposed(row, picture, &mut scratch) {
+                    rays.columns.add_transposed(source, weight, target);
+                }
+            }
+        });
+    }
+
+    /// Adds one row of the picture to `target`; `scratch` holds one row.
+    pub(crate) fn project_row(
+        &self,
+        row: usize,
+        films: &[f32],
+        weights: &[f32],
+        target: &mut [f32],
+        scratch: &mut [f32],
+    ) {
+        let size = self.width * self.height;
+        for ((plane, rays), &weight) in films.chunks_exact(size).zip(&self.films).zip(weights) {
+            if let Some(source) = rays.rows.gather(row, plane, scratch) {
+                rays.columns.add(source, weight, target);
+            }
+        }
+    }
+
+    /// For views whose rows are apart: adds to `target` what the rows of all films (film, column) show.
+    pub fn project_line(&self, lines: &[f32], weights: &[f32], target: &mut [f32]) {
+        for ((line, rays), &weight) in lines.chunks_exact(self.width).zip(&self.films).zip(weights) {
+            rays.columns.add(line, weight, target);
+        }
+    }
+
+    /// For views whose rows are apart: adds the transpose of [`Rays::project_line`] to `lines`.
+    pub fn back_project_line(&self, picture: &[f32], weights: &[f32], lines: &mut [f32]) {
+        for ((line, rays), &weight) in lines.chunks_exact_mut(self.width).zip(&self.films).zip(weights) {
+            rays.columns.add_transposed(picture, weight, line);
+        }
+    }
+
+    /// Returns the rays followed the other way: from each film's pixels to where they appear in the picture.
+    pub(crate) fn traced_back(&self) -> Self {
+        let films = self.films.iter();
+        let films = films
+            .map(|film| FilmRays { rows: film.rows.inverse(), columns: film.columns.inverse() })
+            .collect();
+        Self { films, ..*self }
+    }
+
+    /// Along rays that were traced back: multiplies film `film` by what `picture` shows there; 0 where the
+    /// film does not appear in the picture. `plane` and `picture` are row, column.
+    pub(crate) fn multiply_film(&self, film: usize, picture: &[f32], plane: &mut [f32]) {
+        let Some(rays) = self.films.get(film) else { return };
+        let mut gathered = vec![0.0; self.width];
+        let mut traced = vec![0.0; self.width];
+        for (row, target) in plane.chunks_mut(self.width).enumerate() {
+            traced.fill(0.0);
+            if let Some(source) = rays.rows.gather(row, picture, &mut gathered) {
+                rays.columns.add(source, 1.0, &mut traced);
+            }
+            target.iter_mut().zip(&traced).for_each(|(value, factor)| *value *= factor);
+        }
+    }
+}
+
+/// Rows that one task of the thread pool computes: enough to outweigh its start.
+const ROWS_AT_ONCE: usize = 16;
+
+/// Returns what `volume` shows to a viewer in `direction` at `distance`, with a weight for every film
+/// (see [`crate::optics`]). The picture is the bare sum: it is not divided by anything.
+pub fn project(
+    volume: &Volume,
+    stack: &Stack,
+    direction: Direction,
+    distance: ViewerDistance,
+    weights: &[f64],
+) -> Picture {
+    project_along(volume, &Rays::new(stack, direction, distance), weights)
+}
+
+/// As [`project`], along rays that are known already.
+pub fn project_along(volume: &Volume, rays: &Rays, weights: &[f64]) -> Picture {
+    let weights = single(weights);
+    let mut picture = Picture::new(volume.width(), volume.height());
+    for channel in 0..CHANNELS {
+        rays.project(volume.channel(channel), &weights, picture.channel_mut(channel));
+    }
+    picture
+}
+
+/// Returns the transpose of [`project`] applied to `picture`.
+pub fn back_project(
+    picture: &Picture,
+    stack: &Stack,
+    direction: Direction,
+    distance: ViewerDistance,
+    weights: &[f64],
+) -> Volume {
+    let weights = single(weights);
+    let rays = Rays::new(stack, direction, distance);
+    let mut volume = Volume::new(stack.films, stack.height_px, stack.width_px);
+    for channel in 0..CHANNELS {
+        rays.back_project(picture.channel(channel), &weights, volume.channel_mut(channel));
+    }
+    volume
+}
+
+/// Returns the weights in the precision of the pictures.
+pub(crate) fn single(weights: &[f64]) -> Vec<f32> {
+    weights.iter().map(|&weight| weight as f32).collect()
+}
+
+#[cfg(test)]
+mod tests;

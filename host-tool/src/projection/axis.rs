@@ -1,0 +1,200 @@
+//! One axis of the map from a film to the picture: where each pixel of the picture samples the film.
+
+/// Positions `p(i) = c + scale (i - c) + shift` on a film of `len` pixels with middle c, for every picture
+/// index i, kept as runs in which `floor(p(i)) - i` does not change, so that loops over a run are plain.
+#[derive(Clone, Debug)]
+pub(super) struct Axis {
+    len: usize,
+    scale: f64,
+    shift: f64,
+    runs: Vec<Run>,
+    /// Of each picture index: the weight of the upper of the two film pixels between which it samples.
+    fraction: Vec<f32>,
+    /// Of each picture index that meets the film: the lower film pixel.
+    lower: Vec<Option<u32>>,
+    /// Of each film pixel: the picture indices that sample it, with their weights.
+    samplers: Vec<Vec<(u32, f32)>>,
+    identity: bool,
+}
+
+#[derive(Clone, Debug)]
+struct Run {
+    /// First picture index of the run, and the one after its last.
+    start: usize,
+    end: usize,
+    /// Lower film pixel of the first picture index.
+    film_start: usize,
+    /// The fraction of the whole run, when it is the same.
+    fraction: Option<f32>,
+}
+
+/// Positions this near to a pixel centre are taken as lying on it.
+const SNAP: f64 = 1e-7;
+
+impl Axis {
+    pub(super) fn new(len: usize, scale: f64, shift: f64) -> Self {
+        let middle = (len as f64 - 1.0) / 2.0;
+        let last = len as f64 - 1.0;
+        let mut axis = Self {
+            len,
+            scale,
+            shift,
+            runs: Vec::new(),
+            fraction: vec![0.0; len],
+            lower: vec![None; len],
+            samplers: vec![Vec::new(); len],
+            identity: false,
+        };
+        for i in 0..len {
+            let position = middle + scale * (i as f64 - middle) + shift;
+            let snapped =
+                if (position - position.round()).abs() < SNAP { position.round() } else { position };
+            if !(0.0..=last).contains(&snapped) || scale <= 0.0 {
+                continue;
+            }
+            let lower = (snapped.floor() as usize).min(len - 2);
+            axis.put(i, lower, (snapped - lower as f64) as f32);
+        }
+        for run in &mut axis.runs {
+            let fractions = &axis.fraction[run.start..run.end];
+            run.fraction = fractions.iter().all(|f| f == &fractions[0]).then_some(fractions[0]);
+        }
+        // An unmoved axis samples its last pixel as the upper one of the pair before it.
+        axis.identity = axis.lower.iter().all(Option::is_some)
+            && axis.samplers.iter().enumerate().all(|(film, samplers)| {
+                samplers.iter().all(|&(i, weight)| weight == 0.0 || (i as usize == film && weight == 1.0))
+            });
+        axis
+    }
+
+    /// Whether every picture index samples the film's pixel of the same index alone.
+    pub(super) fn is_identity(&self) -> bool {
+        self.identity
+    }
+
+    /// Returns the axis that traces the other way: from a film's pixel to where it appears in the picture.
+    pub(super) fn inverse(&self) -> Self {
+        Self::new(self.len, 1.0 / self.scale, -self.shift / self.scale)
+    }
+
+    /// Adds `weight` times the interpolated film line to the picture line.
+    pub(super) fn add(&self, film: &[f32], weight: f32, picture: &mut [f32]) {
+        for run in &self.runs {
+            let len = run.end - run.start;
+            let target = &mut picture[run.start..run.end];
+            let lower = &film[run.film_start..run.film_start + len];
+            let upper = &film[run.film_start + 1..run.film_start + 1 + len];
+            match run.fraction {
+                Some(fraction) => {
+                    let (a, b) = (weight * (1.0 - fraction), weight * fraction);
+                    for ((value, &l), &u) in target.iter_mut().zip(lower).zip(upper) {
+                        *value += a * l + b * u;
+                    }
+                }
+                None => {
+                    let fractions = &self.fraction[run.start..run.end];
+                    for (((value, &l), &u), &f) in target.iter_mut().zip(lower).zip(upper).zip(fractions) {
+                        *value += weight * (l + f * (u - l));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds `weight` times the transpose of the interpolation, applied to the picture line, to the film line.
+    pub(super) fn add_transposed(&self, picture: &[f32], weight: f32, film: &mut [f32]) {
+        for run in &self.runs {
+            let len = run.end - run.start;
+            let source = &picture[run.start..run.end];
+            match run.fraction {
+                Some(fraction) => {
+                    let (a, b) = (weight * (1.0 - fraction), weight * fraction);
+                    let target = &mut film[run.film_start..run.film_start + len + 1];
+                    target[0] += a * source[0];
+                    for ((value, &here), &before) in target[1..len].iter_mut().zip(&source[1..]).zip(source) {
+                        *value += a * here + b * before;
+                    }
+                    target[len] += b * source[len - 1];
+                }
+                None => {
+                    let fractions = &self.fraction[run.start..run.end];
+                    let lower = &mut film[run.film_start..run.film_start + len];
+                    for ((value, &s), &f) in lower.iter_mut().zip(source).zip(fractions) {
+                        *value += weight * (s - f * s);
+                    }
+                    let upper = &mut film[run.film_start + 1..run.film_start + 1 + len];
+                    for ((value, &s), &f) in upper.iter_mut().zip(source).zip(fractions) {
+                        *value += weight * (f * s);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Returns the line of `plane` (film rows) that picture row `row` samples, or nothing when it meets none.
+    pub(super) fn gather<'a>(
+        &self,
+        row: usize,
+        plane: &'a [f32],
+        scratch: &'a mut [f32],
+    ) -> Option<&'a [f32]> {
+        let width = scratch.len();
+        let lower = self.lower[row]? as usize;
+        let line = |at: usize| &plane[at * width..(at + 1) * width];
+        let fraction = self.fraction[row];
+        if fraction == 0.0 {
+            return Some(line(lower));
+        }
+        if fraction == 1.0 {
+            return Some(line(lower + 1));
+        }
+        for ((value, &l), &u) in scratch.iter_mut().zip(line(lower)).zip(line(lower + 1)) {
+            *value = l + fraction * (u - l);
+        }
+        Some(scratch)
+    }
+
+    /// Returns the sum of the picture rows that sample film row `row`, or nothing when none does.
+    pub(super) fn gather_transposed<'a>(
+        &self,
+        row: usize,
+        picture: &'a [f32],
+        scratch: &'a mut [f32],
+    ) -> Option<&'a [f32]> {
+        let width = scratch.len();
+        let line = |at: u32| &picture[at as usize * width..(at as usize + 1) * width];
+        match self.samplers[row].as_slice() {
+            [] => None,
+            [(only, 1.0)] => Some(line(*only)),
+            [(first, a), (second, b)] => {
+                for ((value, &x), &y) in scratch.iter_mut().zip(line(*first)).zip(line(*second)) {
+                    *value = a * x + b * y;
+                }
+                Some(scratch)
+            }
+            samplers => {
+                scratch.fill(0.0);
+                for &(at, weight) in samplers {
+                    scratch.iter_mut().zip(line(at)).for_each(|(value, &x)| *value += weight * x);
+                }
+                Some(scratch)
+            }
+        }
+    }
+
+    fn put(&mut self, picture: usize, lower: usize, fraction: f32) {
+        self.fraction[picture] = fraction;
+        self.lower[picture] = Some(lower as u32);
+        for (film, weight) in [(lower, 1.0 - fraction), (lower + 1, fraction)] {
+            if weight != 0.0 {
+                self.samplers[film].push((picture as u32, weight));
+            }
+        }
+        match self.runs.last_mut() {
+            Some(run) if run.end == picture && lower == run.film_start + (picture - run.start) => {
+                run.end += 1;
+            }
+            _ => self.runs.push(Run { start: picture, end: picture + 1, film_start: lower, fraction: None }),
+        }
+    }
+}

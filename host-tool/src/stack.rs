@@ -1,0 +1,166 @@
+//! The film stack: how many films, how large, how far apart, and what they absorb.
+
+use thiserror::Error;
+
+/// A film stack; `Default` is the paper's (20 films of 35 mm, 512 x 512 pixels, 0.6 mm apart).
+///
+/// Film 0 is the top one, nearest the viewer. Pixels are square.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stack {
+    /// Number of films, 1..=1000.
+    pub films: usize,
+    /// Pixels of a film from left to right, 2..=65,536.
+    pub width_px: usize,
+    /// Pixels of a film from top to bottom, 2..=65,536.
+    pub height_px: usize,
+    /// Width of the picture on a film in mm.
+    pub width_mm: f64,
+    /// Thickness of one film in mm.
+    pub film_mm: f64,
+    /// Thickness of the spacer between two films in mm.
+    pub spacer_mm: f64,
+    /// Refractive index between the outer faces of the stack; 1.0 means air between the films.
+    pub index: f64,
+    /// Part of the UV that one film lets through.
+    pub tau_uv: f64,
+    /// Part of the visible light that one film lets through at normal incidence.
+    pub tau_visible: f64,
+    /// Part of the UV that one spacer lets through.
+    pub spacer_tau_uv: f64,
+    /// Part of the visible light that one spacer lets through at normal incidence.
+    pub spacer_tau_visible: f64,
+}
+
+/// What is wrong with the description of a stack.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{field} is {value}, but must be {allowed}")]
+pub struct StackError {
+    /// The field, by its name in exhibit.toml.
+    pub field: &'static str,
+    /// The value it has.
+    pub value: f64,
+    /// The values it may have, in words.
+    pub allowed: &'static str,
+}
+
+impl Default for Stack {
+    fn default() -> Self {
+        Self {
+            films: 20,
+            width_px: 512,
+            height_px: 512,
+            width_mm: 35.0,
+            film_mm: 0.1,
+            spacer_mm: 0.5,
+            index: 1.0,
+            tau_uv: 0.82,
+            tau_visible: 0.90,
+            spacer_tau_uv: 1.0,
+            spacer_tau_visible: 1.0,
+        }
+    }
+}
+
+impl Stack {
+    /// Returns the stack if every field is within its range.
+    ///
+    /// # Errors
+    /// Names the first field that is not.
+    pub fn checked(self) -> Result<Self, StackError> {
+        let fail = |field, value, allowed| Err(StackError { field, value, allowed });
+        if !(1..=1000).contains(&self.films) {
+            return fail("films", self.films as f64, "1 to 1000");
+        }
+        for size in [self.width_px, self.height_px] {
+            if !(2..=65_536).contains(&size) {
+                return fail("pixels", size as f64, "2 to 65536 in each direction");
+            }
+        }
+        if !(self.width_mm.is_finite() && self.width_mm > 0.0) {
+            return fail("width_mm", self.width_mm, "greater than 0");
+        }
+        if !(self.film_mm.is_finite() && self.film_mm > 0.0) {
+            return fail("film_mm", self.film_mm, "greater than 0");
+        }
+        if !(self.spacer_mm.is_finite() && self.spacer_mm >= 0.0) {
+            return fail("spacer_mm", self.spacer_mm, "0 or greater");
+        }
+        if !(1.0..=3.0).contains(&self.index) {
+            return fail("index", self.index, "1.0 (air) to 3.0");
+        }
+        for (field, value) in [
+            ("tau_uv", self.tau_uv),
+            ("tau_visible", self.tau_visible),
+            ("spacer_tau_uv", self.spacer_tau_uv),
+            ("spacer_tau_visible", self.spacer_tau_visible),
+        ] {
+            if !(value > 0.0 && value <= 1.0) {
+                return fail(field, value, "greater than 0 and at most 1");
+            }
+        }
+        Ok(self)
+    }
+
+    /// Distance from film to film in mm.
+    pub fn film_pitch_mm(&self) -> f64 {
+        self.film_mm + self.spacer_mm
+    }
+
+    /// Height of film `film` above the middle of the stack in mm, toward the viewer.
+    pub fn film_z_mm(&self, film: usize) -> f64 {
+        ((self.films as f64 - 1.0) / 2.0 - film as f64) * self.film_pitch_mm()
+    }
+
+    /// Distance between the outermost films in mm.
+    pub fn depth_mm(&self) -> f64 {
+        (self.films as f64 - 1.0) * self.film_pitch_mm()
+    }
+
+    /// Side of one printed pixel in mm.
+    pub fn pixel_mm(&self) -> f64 {
+        self.width_mm / self.width_px as f64
+    }
+
+    /// Height of the picture on a film in mm.
+    pub fn height_mm(&self) -> f64 {
+        self.height_px as f64 * self.pixel_mm()
+    }
+
+    /// Part of the UV that one film and one spacer let through.
+    pub fn layer_tau_uv(&self) -> f64 {
+        self.tau_uv * self.spacer_tau_uv
+    }
+
+    /// Part of the visible light that one film and one spacer let through at normal incidence.
+    pub fn layer_tau_visible(&self) -> f64 {
+        self.tau_visible * self.spacer_tau_visible
+    }
+
+    /// Pixels of one film.
+    pub fn film_len(&self) -> usize {
+        self.width_px * self.height_px
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_papers_stack_is_centred_on_the_origin() {
+        let stack = Stack::default().checked().unwrap();
+        assert!((stack.film_pitch_mm() - 0.6).abs() < 1e-12);
+        assert!((stack.film_z_mm(0) - 5.7).abs() < 1e-12);
+        assert!((stack.film_z_mm(19) + 5.7).abs() < 1e-12);
+        assert!((stack.depth_mm() - 11.4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_field_out_of_range_is_named() {
+        let error = Stack { tau_uv: 1.2, ..Stack::default() }.checked().unwrap_err();
+        assert_eq!(error.field, "tau_uv");
+        assert_eq!(error.to_string(), "tau_uv is 1.2, but must be greater than 0 and at most 1");
+        assert_eq!(Stack { films: 0, ..Stack::default() }.checked().unwrap_err().field, "films");
+        assert_eq!(Stack { width_mm: f64::NAN, ..Stack::default() }.checked().unwrap_err().field, "width_mm");
+    }
+}
