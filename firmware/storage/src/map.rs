@@ -1,0 +1,50 @@
+//! The flash of the exhibit's controller: 2 MiB, in sectors of 4 KiB that are erased as a whole.
+//!
+//! ```text
+//! 0x000000  image                 up to 1 MiB
+//! 0x100000  plan                  2 slots of 16 KiB
+//! 0x108000  settings              2 slots of 4 KiB
+//! 0x10A000  dose ledger           ring of 8 sectors
+//! 0x112000  free
+//! 0x1E0000  event log             ring of 32 sectors
+//! 0x200000  end
+//! ```
+//!
+//! Addresses count from the beginning of the flash chip.
+
+use crate::{Ring, TwoSlots};
+
+/// The smallest part that can be erased, in bytes.
+pub const SECTOR_BYTES: u32 = 4096;
+
+/// The whole chip, in bytes.
+pub const FLASH_BYTES: u32 = 2 * 1024 * 1024;
+
+/// The end of the space for the firmware's image.
+pub const IMAGE_END: u32 = 0x10_0000;
+
+/// The plan.
+pub const PLAN: TwoSlots = TwoSlots::new(IMAGE_END, 4 * SECTOR_BYTES);
+
+/// The settings made on the spot: lamp calibration, serial name.
+pub const SETTINGS: TwoSlots = TwoSlots::new(PLAN.end(), SECTOR_BYTES);
+
+/// Bytes of an entry of the dose ledger.
+pub const LEDGER_ENTRY_BYTES: usize = 120;
+
+/// The dose ledger.
+pub const LEDGER: Ring<LEDGER_ENTRY_BYTES> = Ring::new(SETTINGS.end(), 8);
+
+/// Bytes of an entry of the event log.
+pub const LOG_ENTRY_BYTES: usize = 24;
+
+/// The event log, at the very end.
+pub const LOG: Ring<LOG_ENTRY_BYTES> = Ring::new(FLASH_BYTES - 32 * SECTOR_BYTES, 32);
+
+const _: () = {
+    assert!(PLAN.end() == 0x10_8000);
+    assert!(SETTINGS.end() == 0x10_A000);
+    assert!(LEDGER.end() == 0x11_2000);
+    assert!(LEDGER.end() <= LOG.start());
+    assert!(LOG.end() == FLASH_BYTES);
+};

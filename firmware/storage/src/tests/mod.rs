@@ -1,0 +1,11 @@
+//! Behaviour of the stores, above all when the power goes.
+
+mod ring;
+mod slots;
+
+/// How many of the possible cuts are tried: every n-th, starting elsewhere for each record. 1 tries all;
+/// `VITRINE_CUT_STRIDE` sets it.
+fn cut_stride(default: u64) -> usize {
+    let wanted = std::env::var("VITRINE_CUT_STRIDE").ok().and_then(|text| text.parse().ok());
+    usize::try_from(wanted.unwrap_or(default)).unwrap_or(1).max(1)
+}
