@@ -1,0 +1,53 @@
+//! A plan as bytes: postcard, then CRC-32/ISO-HDLC of it, little-endian. `plan.bin`, and what is uploaded.
+//!
+//! The upload's own CRC is that of all these bytes.
+
+use vitrine_exhibit::plan::Plan;
+
+use crate::frame::CRC;
+
+/// The most bytes of a plan.
+pub const MAX_PLAN_BYTES: usize = 4096;
+
+/// Why bytes are no plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlanFileError {
+    /// The CRC at the end does not fit.
+    Checksum,
+    /// The CRC fits, but this version reads plans in another layout.
+    Layout,
+}
+
+impl core::fmt::Display for PlanFileError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Checksum => "the plan is damaged: its checksum does not fit",
+            Self::Layout => "the plan was written by another version",
+        })
+    }
+}
+
+impl core::error::Error for PlanFileError {}
+
+/// Writes a plan into `bytes`, which has to be large enough ([`MAX_PLAN_BYTES`] is); gives the part used.
+pub fn encode<'a>(plan: &Plan, bytes: &'a mut [u8]) -> Option<&'a mut [u8]> {
+    postcard::to_slice_crc32(plan, bytes, CRC.digest()).ok()
+}
+
+/// Reads a plan. Whether it makes sense is another question:
+/// [`ValidPlan::new`](vitrine_exhibit::plan::ValidPlan::new) answers it.
+pub fn decode(bytes: &[u8]) -> Result<Plan, PlanFileError> {
+    let (encoded, crc) = bytes.split_last_chunk::<4>().ok_or(PlanFileError::Checksum)?;
+    if CRC.checksum(encoded) != u32::from_le_bytes(*crc) {
+        return Err(PlanFileError::Checksum);
+    }
+    match postcard::take_from_bytes(encoded) {
+        Ok((plan, [])) => Ok(plan),
+        _ => Err(PlanFileError::Layout),
+    }
+}
+
+/// The CRC by which an upload is announced and by which the active plan is named.
+pub fn crc(bytes: &[u8]) -> u32 {
+    CRC.checksum(bytes)
+}

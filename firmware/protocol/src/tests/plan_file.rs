@@ -1,0 +1,99 @@
+use heapless::Vec;
+use vitrine_exhibit::plan::{
+    Calendar, CurvePoint, Emphasis, LampCalibration, Limits, MAX_CURVE, MAX_VIEWS, Plan, PresenceSettings,
+    View, ViewerSettings, VolumeMetadata,
+    calendar::{ClosedDays, Date, MAX_CLOSED, MAX_RULES, MinuteOfDay, ScheduleRule, Weekdays},
+};
+use vitrine_exhibit::units::{CentiDegrees, Irradiance, Level, PerLamp};
+
+use super::samples::text;
+use crate::plan_file::{self, MAX_PLAN_BYTES, PlanFileError};
+
+fn small() -> Plan {
+    let mut views = Vec::new();
+    let view = View {
+        id: text("front"),
+        horizontal: CentiDegrees(0),
+        vertical: CentiDegrees(0),
+        emphasis: Emphasis::new(Level::FULL, Level(1)),
+    };
+    views.push(view).expect("room");
+    Plan {
+        name: text("Small"),
+        volume: VolumeMetadata {
+            films: 20,
+            width_px: 512,
+            height_px: 512,
+            width_um: 35_000,
+            film_pitch_um: 600,
+            blake3: [7; 32],
+        },
+        views,
+        neutral: Emphasis::new(Level::FULL, Level::FULL),
+        lamps: PerLamp::new(LampCalibration::default(), LampCalibration::default()),
+        limits: Limits::default(),
+        viewer: ViewerSettings::default(),
+        presence: PresenceSettings::default(),
+        calendar: Calendar::default(),
+    }
+}
+
+fn filled<T: Clone, const N: usize>(value: T) -> Vec<T, N> {
+    core::iter::repeat_n(value, N).collect()
+}
+
+#[test]
+fn a_plan_survives_its_bytes() {
+    let mut buffer = [0; MAX_PLAN_BYTES];
+    let bytes = plan_file::encode(&small(), &mut buffer).expect("fits");
+    assert_eq!(plan_file::decode(bytes), Ok(small()));
+}
+
+#[test]
+fn damage_and_another_layout_are_told_apart() {
+    let mut buffer = [0; MAX_PLAN_BYTES];
+    let bytes = plan_file::encode(&small(), &mut buffer).expect("fits");
+    for place in 0..bytes.len() {
+        bytes[place] ^= 4;
+        assert_eq!(plan_file::decode(bytes), Err(PlanFileError::Checksum));
+        bytes[place] ^= 4;
+    }
+    assert_eq!(plan_file::decode(&[]), Err(PlanFileError::Checksum));
+    let short = &mut bytes[..20];
+    let crc = plan_file::crc(&short[..16]).to_le_bytes();
+    short[16..].copy_from_slice(&crc);
+    assert_eq!(plan_file::decode(short), Err(PlanFileError::Layout));
+}
+
+#[test]
+fn the_largest_plan_fits() {
+    let date = Date { year: 2199, month: 12, day: 31 };
+    let point = CurvePoint { level: Level::FULL, duty: u16::MAX };
+    let lamp = LampCalibration {
+        full_level: Irradiance(u32::MAX),
+        curve: filled::<_, MAX_CURVE>(point),
+        ..LampCalibration::default()
+    };
+    let view = View {
+        id: text("123456789012345678901234"),
+        horizontal: CentiDegrees(i16::MIN),
+        vertical: CentiDegrees(i16::MIN),
+        emphasis: Emphasis::new(Level::FULL, Level::FULL),
+    };
+    let mut plan = small();
+    plan.name = text("123456789012345678901234123456789012345678901234");
+    plan.views = filled::<_, MAX_VIEWS>(view);
+    plan.lamps = PerLamp::new(lamp.clone(), lamp);
+    plan.calendar.rules = filled::<_, MAX_RULES>(ScheduleRule {
+        days: Weekdays::ALL,
+        from: MinuteOfDay(1_440),
+        to: MinuteOfDay(1_440),
+        first: Some(date),
+        last: Some(date),
+        level: Level::FULL,
+    });
+    plan.calendar.closed = filled::<_, MAX_CLOSED>(ClosedDays { first: date, last: date });
+    let mut buffer = [0; MAX_PLAN_BYTES];
+    let bytes = plan_file::encode(&plan, &mut buffer).expect("fits");
+    assert_eq!(plan_file::decode(bytes), Ok(plan));
+}
