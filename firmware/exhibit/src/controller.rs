@@ -1,95 +1,52 @@
-//! The controller: its state, its one step, and what it tells of itself.
+//! The controller: its state and its one step.
+//!
+//! ```text
+//! viewer sensors -> tracker -> chooser -> fader -> GOVERNOR -> lamps
+//! clock -> schedule ---------------^                  ^ interlock, temperatures, dose, supply, ultraviolet
+//! hosts, staff key -> requests ----^
+//! ```
 
-use serde::{Deserialize, Serialize};
+mod requests;
+mod snapshot;
 
+use self::requests::Requests;
+pub use self::snapshot::{Presence, Snapshot};
+use crate::chooser::Chooser;
 use crate::events::{Cuts, DarkReason, Event, Events};
 use crate::fader::Fader;
 use crate::governor::{Conditions, Governor, LampCommand, Verdict};
-use crate::inputs::{Inputs, Request};
-use crate::interlock::{Interlock, InterlockState};
+use crate::inputs::{Inputs, Request, TemperatureReading};
+use crate::interlock::Interlock;
 use crate::ledger::{DoseLedger, LedgerRecord};
 use crate::limits;
+use crate::plan::calendar::TimeZone;
 use crate::plan::{Emphasis, Plan, ValidPlan};
-use crate::units::{
-    CentiCelsius, Dose, Irradiance, Lamp, Level, Milliseconds, Millivolts, PerLamp, UtcSeconds,
-};
-use crate::viewer::{Bearing, BearingSource, Selector, ThermalPair, Tracker};
+use crate::schedule;
+use crate::units::{Irradiance, Lamp, Level, Milliseconds, PerLamp, UtcSeconds};
+use crate::viewer::{BearingSource, Radar, ThermalPair, Tracker};
 
-/// Whether somebody is there.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Presence {
-    /// Somebody is there.
-    Somebody,
-    /// The last viewer has just gone; the view is kept.
-    JustGone,
-    /// Nobody is there: the idle glow.
-    Idle,
-    /// Nobody has been there for a while: dark.
-    #[default]
-    Empty,
-    /// The viewer sensors give nothing credible: the neutral pair.
-    Unknown,
+/// What the rest of the controller wants of the governor.
+#[derive(Clone, Copy, Debug)]
+struct Wish {
+    target: Emphasis,
+    /// The time of the fade to it, over the whole range.
+    fade: Milliseconds,
+    /// Why dark, where dark is wanted.
+    dark: Option<DarkReason>,
 }
 
-/// What the controller tells of itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Snapshot {
-    /// Time since the start in ms.
-    pub uptime_ms: u64,
-    /// The clock.
-    pub now: Option<UtcSeconds>,
-    /// Whether somebody is there.
-    pub presence: Presence,
-    /// Where the viewer stands who decides.
-    pub bearing: Option<Bearing>,
-    /// How many viewers are followed.
-    pub viewers: u8,
-    /// The index of the view that is shown.
-    pub view: Option<u8>,
-    /// Both lamps' levels.
-    pub levels: PerLamp<Level>,
-    /// Both lamps' irradiance on their nearest films.
-    pub irradiance: PerLamp<Irradiance>,
-    /// Whether the lamps' drivers are enabled.
-    pub enabled: bool,
-    /// Why the lamps are dark, where they are.
-    pub dark: Option<DarkReason>,
-    /// The cuts at work.
-    pub cuts: PerLamp<Cuts>,
-    /// Both lamp boards' temperatures, where their sensors give one.
-    pub boards: PerLamp<Option<CentiCelsius>>,
-    /// The enclosure's air.
-    pub enclosure: Option<CentiCelsius>,
-    /// The lamp supply.
-    pub supply: Option<Millivolts>,
-    /// The last reading of the ultraviolet sensor.
-    pub ultraviolet: Option<Irradiance>,
-    /// The interlock.
-    pub interlock: InterlockState,
-    /// Both lamps' dose in the ledger's day.
-    pub day_dose: PerLamp<Dose>,
-    /// Both lamps' dose in the stack's life.
-    pub life_dose: PerLamp<Dose>,
-    /// Both lamps' time lit in seconds.
-    pub lit_s: PerLamp<u32>,
-    /// Both lamps' time lit in seconds, as if at full level.
-    pub full_s: PerLamp<u32>,
-    /// Starts of the controller.
-    pub power_cycles: u32,
-    /// Starts after the watchdog or a fault.
-    pub watchdog_resets: u32,
-    /// What is left of a host's hold, dark or open.
-    pub lease: Milliseconds,
+impl Wish {
+    const fn dark(reason: DarkReason, fade: Milliseconds) -> Self {
+        Self { target: PerLamp::new(Level::OFF, Level::OFF), fade, dark: Some(reason) }
+    }
 }
 
-/// What a host asked for last, while its lease runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Asked {
-    #[default]
-    Nothing,
-    Hold(u8),
-    Dark,
-    Open,
+/// What the schedule wants, kept for the second for which it was found.
+#[derive(Clone, Copy, Debug)]
+struct Opening {
+    at: Option<UtcSeconds>,
+    level: Level,
+    local_day: Option<u32>,
 }
 
 /// Everything that the controller keeps from step to step.
@@ -97,18 +54,18 @@ enum Asked {
 pub struct State {
     uptime_ms: u64,
     thermal: ThermalPair,
+    radar: Radar,
     tracker: Tracker,
-    selector: Selector,
+    chooser: Chooser,
     fader: Fader,
     interlock: Interlock,
     governor: Governor,
     ledger: DoseLedger,
-    asked: Asked,
-    lease: Milliseconds,
-    staff_dark: bool,
-    staff_key: bool,
+    requests: Requests,
     nobody_for: Milliseconds,
     presence: Presence,
+    sensor_lost: bool,
+    opening: Opening,
     plan: Option<u32>,
     full: PerLamp<Irradiance>,
     watchdog_latched: bool,
@@ -121,14 +78,15 @@ pub struct State {
 pub fn step(state: &mut State, inputs: &Inputs<'_>, elapsed: Milliseconds) -> (LampCommand, Events) {
     let mut events = Events::default();
     state.uptime_ms = state.uptime_ms.saturating_add(u64::from(elapsed.0));
-    state.keep_ledger(inputs, elapsed, &mut events);
     state.notice_plan(inputs.plan, &mut events);
+    state.read_clock(inputs);
+    state.keep_ledger(inputs, elapsed, &mut events);
     state.interlock.update(inputs.interlock, elapsed);
     state.take_requests(inputs, elapsed, &mut events);
     state.follow_viewers(inputs, elapsed, &mut events);
-    let (target, fade, wants_dark) = state.choose(inputs, elapsed, &mut events);
-    let wanted = state.fader.advance(target, fade, elapsed);
-    let verdict = state.govern(inputs, target, wanted, wants_dark, elapsed);
+    let wish = state.wish(inputs, elapsed, &mut events);
+    let wanted = state.fader.advance(wish.target, wish.fade, elapsed);
+    let verdict = state.govern(inputs, wish, wanted, elapsed);
     state.tell(inputs, verdict, &mut events);
     (verdict.command, events)
 }
@@ -143,19 +101,19 @@ impl State {
         Self {
             uptime_ms: 0,
             thermal: ThermalPair::new(),
+            radar: Radar::new(),
             tracker: Tracker::new(),
-            selector: Selector::new(),
+            chooser: Chooser::new(),
             fader: Fader::new(),
             interlock: Interlock::new(),
             governor: Governor::new(),
             watchdog_latched: ledger.spent().quick_resets >= limits::QUICK_RESETS,
             ledger,
-            asked: Asked::Nothing,
-            lease: Milliseconds(0),
-            staff_dark: false,
-            staff_key: false,
+            requests: Requests::new(),
             nobody_for: Milliseconds(0),
             presence: Presence::Unknown,
+            sensor_lost: false,
+            opening: Opening { at: None, level: Level::OFF, local_day: None },
             plan: None,
             full: PerLamp::default(),
             last: Verdict { dark: Some(DarkReason::Starting), ..Verdict::default() },
@@ -173,12 +131,42 @@ impl State {
         &self.ledger
     }
 
+    fn notice_plan(&mut self, plan: Option<&ValidPlan>, events: &mut Events) {
+        let fingerprint = plan.map(ValidPlan::fingerprint);
+        if fingerprint != self.plan {
+            self.plan = fingerprint;
+            self.chooser.clear();
+            self.requests.end();
+            self.opening.at = None;
+            events.push(if plan.is_some() { Event::PlanChanged } else { Event::PlanLost });
+        }
+    }
+
+    fn read_clock(&mut self, inputs: &Inputs<'_>) {
+        let now = inputs.now.and_then(schedule::plausible);
+        if now.is_some() && now == self.opening.at {
+            return;
+        }
+        let zone = inputs.plan.map_or(TimeZone::default(), |plan| plan.calendar.time_zone);
+        let level = match (inputs.plan, now) {
+            (Some(plan), Some(now)) => schedule::level_at(&plan.calendar, now),
+            (Some(plan), None) if !plan.calendar.needs_clock() => Level::FULL,
+            _ => Level::OFF,
+        };
+        let local_day = now.map(|now| schedule::local_time(&zone, now).day);
+        self.opening = Opening { at: now, level, local_day };
+    }
+
     fn keep_ledger(&mut self, inputs: &Inputs<'_>, elapsed: Milliseconds, events: &mut Events) {
         if let Some(stored) = inputs.stored {
             self.ledger.stored(stored);
         }
+        // What was lit until now was lit under the calibration of the step before.
         self.ledger.book(self.last.command.irradiance(), self.full, elapsed);
-        if self.ledger.day(inputs.now.map(|now| (now.0 / 86_400).clamp(0, i64::from(u32::MAX)) as u32)) {
+        if let Some(plan) = inputs.plan {
+            self.full = PerLamp::new(plan.lamps.top.full_level, plan.lamps.bottom.full_level);
+        }
+        if self.ledger.day(self.opening.local_day) {
             events.push(Event::DayBegan);
         }
         if self.uptime_ms >= u64::from(limits::RAN_WELL.0) {
@@ -186,171 +174,160 @@ impl State {
         }
     }
 
-    fn notice_plan(&mut self, plan: Option<&ValidPlan>, events: &mut Events) {
-        let fingerprint = plan.map(ValidPlan::fingerprint);
-        if fingerprint != self.plan {
-            self.plan = fingerprint;
-            self.selector.clear();
-            self.asked = Asked::Nothing;
-            events.push(if plan.is_some() { Event::PlanChanged } else { Event::PlanLost });
-        }
-        if let Some(plan) = plan {
-            self.full = PerLamp::new(plan.lamps.top.full_level, plan.lamps.bottom.full_level);
-        }
-    }
-
     fn take_requests(&mut self, inputs: &Inputs<'_>, elapsed: Milliseconds, events: &mut Events) {
-        self.lease = self.lease.minus(elapsed);
-        if self.lease.0 == 0 && self.asked != Asked::Nothing {
-            self.asked = Asked::Nothing;
+        if self.requests.pass(elapsed) {
             events.push(Event::LeaseLapsed);
         }
-        if inputs.staff_key && !self.staff_key {
-            self.staff_dark = !self.staff_dark;
+        if self.requests.staff_key(inputs.staff_key, elapsed) {
+            self.rearm(events);
         }
-        self.staff_key = inputs.staff_key;
         for request in inputs.requests {
-            self.take_request(*request, inputs, events);
+            match *request {
+                Request::Rearm => self.rearm(events),
+                Request::NewStack => {
+                    self.ledger.new_stack();
+                    events.push(Event::NewStack);
+                }
+                Request::Hold { view, .. }
+                    if inputs.plan.is_none_or(|plan| usize::from(view) >= plan.views.len()) =>
+                {
+                    events.push(Event::NoSuchView(view));
+                }
+                leased => self.requests.take(leased),
+            }
         }
     }
 
-    fn take_request(&mut self, request: Request, inputs: &Inputs<'_>, events: &mut Events) {
-        let mut ask = |asked: Asked, lease: Milliseconds| {
-            self.asked = asked;
-            self.lease = lease.min(limits::LONGEST_LEASE);
-        };
-        match request {
-            Request::Hold { view, lease } => {
-                if inputs.plan.is_some_and(|plan| usize::from(view) < plan.views.len()) {
-                    ask(Asked::Hold(view), lease);
-                } else {
-                    events.push(Event::NoSuchView(view));
-                }
-            }
-            Request::Dark { lease } => ask(Asked::Dark, lease),
-            Request::Open { lease } => ask(Asked::Open, lease),
-            Request::Release => ask(Asked::Nothing, Milliseconds(0)),
-            Request::Rearm => {
-                let rearmed = self.interlock.rearm();
-                self.watchdog_latched &= !rearmed;
-                events.push(if rearmed { Event::Rearmed } else { Event::RearmRefused });
-            }
-            Request::NewStack => {
-                self.ledger.new_stack();
-                events.push(Event::NewStack);
-            }
-        }
+    fn rearm(&mut self, events: &mut Events) {
+        let rearmed = self.interlock.rearm();
+        self.watchdog_latched &= !rearmed;
+        events.push(if rearmed { Event::Rearmed } else { Event::RearmRefused });
     }
 
     fn follow_viewers(&mut self, inputs: &Inputs<'_>, elapsed: Milliseconds, events: &mut Events) {
-        let sightings = self.thermal.take(inputs.thermal, elapsed);
-        self.tracker.update(sightings.as_ref(), elapsed);
-        let was = self.presence;
+        let seen_warm = self.thermal.take(inputs.thermal, elapsed);
+        let seen_moving = self.radar.take(inputs.radar, elapsed);
+        // The radar stands in for thermal sensors that are not fitted or have failed.
+        let by_radar = !self.thermal.is_sound() && self.radar.is_sound();
+        self.tracker.update(if by_radar { seen_moving } else { seen_warm }.as_ref(), elapsed);
+        let lost = !self.thermal.is_sound() && !by_radar;
         let somebody = self.tracker.longest().is_some();
         self.nobody_for = if somebody { Milliseconds(0) } else { self.nobody_for.plus(elapsed) };
-        let timings = inputs.plan.map(|plan| &plan.presence);
-        self.presence = if !self.thermal.is_sound() {
-            Presence::Unknown
-        } else if somebody {
+        let was = self.presence;
+        self.presence = self.presence_now(inputs.plan, somebody, lost);
+        self.tell_presence(was, lost, events);
+    }
+
+    /// With one sensor lost a viewer before the other is still followed, but nobody can be said to be absent.
+    fn presence_now(&self, plan: Option<&ValidPlan>, somebody: bool, lost: bool) -> Presence {
+        let Some(timings) = plan.map(|plan| &plan.presence) else { return Presence::Unknown };
+        if somebody {
             Presence::Somebody
-        } else if timings.is_some_and(|timings| self.nobody_for < timings.hold) {
+        } else if lost {
+            Presence::Unknown
+        } else if self.nobody_for < timings.hold {
             Presence::JustGone
-        } else if timings.is_some_and(|timings| self.nobody_for < timings.hold.plus(timings.idle)) {
+        } else if self.nobody_for < timings.hold.plus(timings.idle) {
             Presence::Idle
         } else {
             Presence::Empty
-        };
-        match (was, self.presence) {
-            (before, now) if before == now => {}
-            (_, Presence::Unknown) => events.push(Event::ViewerSensorLost),
-            (Presence::Unknown, _) => events.push(Event::ViewerSensorBack),
-            (Presence::Somebody, _) => events.push(Event::ViewersGone),
-            (_, Presence::Somebody) => events.push(Event::ViewerCame),
+        }
+    }
+
+    fn tell_presence(&mut self, was: Presence, lost: bool, events: &mut Events) {
+        // A sensor that is still learning its background after a start is not lost.
+        let lost = lost && self.uptime_ms >= u64::from(limits::SENSOR_START.0);
+        if lost != self.sensor_lost {
+            self.sensor_lost = lost;
+            events.push(if lost { Event::ViewerSensorLost } else { Event::ViewerSensorBack });
+        }
+        match (was == Presence::Somebody, self.presence == Presence::Somebody) {
+            (false, true) => events.push(Event::ViewerCame),
+            (true, false) => events.push(Event::ViewersGone),
             _ => {}
         }
     }
 
-    /// Chooses what is wanted: the pair, the time of the fade to it, and why dark, where dark is wanted.
-    fn choose(
-        &mut self,
-        inputs: &Inputs<'_>,
-        elapsed: Milliseconds,
-        events: &mut Events,
-    ) -> (Emphasis, Milliseconds, Option<DarkReason>) {
+    fn wish(&mut self, inputs: &Inputs<'_>, elapsed: Milliseconds, events: &mut Events) -> Wish {
         let Some(plan) = inputs.plan else {
-            return (Emphasis::default(), limits::FASTEST_FADE, None);
+            return Wish::dark(DarkReason::NoPlan, limits::FASTEST_FADE);
         };
-        let before = self.selector.chosen();
-        let (target, fade) = self.choose_pair(plan, elapsed);
-        if self.selector.chosen() != before
-            && let Some(view) = self.selector.chosen()
+        let before = self.view(plan);
+        let (pair, fade) = self.choose_pair(plan, elapsed);
+        if self.view(plan) != before
+            && let Some(view) = self.view(plan)
         {
             events.push(Event::ViewChosen(view));
         }
-        let dark = if self.staff_dark {
-            Some(DarkReason::StaffKey)
-        } else if self.asked == Asked::Dark {
-            Some(DarkReason::HostRequest)
-        } else {
-            None
+        let asked_to_light = self.requests.opens() || self.requests.held_view().is_some();
+        let level = match self.opening.level {
+            Level::OFF if asked_to_light => Level::FULL,
+            level => level,
         };
-        if dark.is_some() {
-            return (Emphasis::default(), plan.presence.fade, dark);
+        if self.requests.is_staff_dark() {
+            Wish::dark(DarkReason::StaffKey, plan.presence.fade)
+        } else if self.requests.is_host_dark() {
+            Wish::dark(DarkReason::HostRequest, plan.presence.fade)
+        } else if level == Level::OFF {
+            Wish::dark(DarkReason::Closed, plan.presence.fade)
+        } else if self.presence == Presence::Empty && self.requests.held_view().is_none() {
+            Wish::dark(DarkReason::NobodyThere, plan.presence.fade)
+        } else {
+            Wish { target: pair.map(|lamp| lamp.scaled(level)), fade, dark: None }
         }
-        (target, fade, (self.presence == Presence::Empty).then_some(DarkReason::NobodyThere))
     }
 
     fn choose_pair(&mut self, plan: &Plan, elapsed: Milliseconds) -> (Emphasis, Milliseconds) {
-        let pair_of = |view: u8| plan.views.get(usize::from(view)).map(|view| view.emphasis);
-        if let Asked::Hold(view) = self.asked {
-            return (pair_of(view).unwrap_or(plan.neutral), plan.viewer.fade);
+        let chosen = match self.presence {
+            Presence::Somebody | Presence::JustGone => self.chooser.choose(plan, &self.tracker, elapsed),
+            Presence::Idle | Presence::Empty | Presence::Unknown => {
+                self.chooser.clear();
+                None
+            }
+        };
+        let held = self.requests.held_view().and_then(|view| plan.views.get(usize::from(view)));
+        if let Some(view) = held {
+            return (view.emphasis, plan.viewer.fade);
         }
         match self.presence {
-            Presence::Somebody | Presence::JustGone => {
-                let bearing = self.tracker.longest().map(|track| track.bearing);
-                let chosen = match bearing {
-                    Some(bearing) => self.selector.choose(plan, bearing, elapsed),
-                    None => self.selector.chosen(),
-                };
-                (chosen.and_then(pair_of).unwrap_or(plan.neutral), plan.viewer.fade)
-            }
-            Presence::Idle => {
+            Presence::Somebody | Presence::JustGone => (chosen.unwrap_or(plan.neutral), plan.viewer.fade),
+            Presence::Unknown => (plan.neutral, plan.presence.fade),
+            Presence::Idle | Presence::Empty => {
                 let idle = plan.neutral.map(|level| level.scaled(plan.presence.idle_level));
                 (idle, plan.presence.fade)
             }
-            Presence::Empty => (Emphasis::default(), plan.presence.fade),
-            Presence::Unknown => (plan.neutral, plan.presence.fade),
         }
+    }
+
+    fn view(&self, plan: &Plan) -> Option<u8> {
+        self.requests.held_view().or_else(|| self.chooser.view(plan))
     }
 
     fn govern(
         &mut self,
         inputs: &Inputs<'_>,
-        target: Emphasis,
+        wish: Wish,
         wanted: Emphasis,
-        wants_dark: Option<DarkReason>,
         elapsed: Milliseconds,
     ) -> Verdict {
         let irradiance =
             |pair: Emphasis| pair.zip(self.full).map(|(level, full)| level.of(full).min(limits::CEILING));
-        let wanted_irradiance = irradiance(wanted);
+        let (target, wanted_irradiance) = (irradiance(wish.target), irradiance(wanted));
         // Both lamps are reserved for alike, so that a change of view never waits for the flash.
-        let target = irradiance(target);
         let demand = [target.top, target.bottom, wanted_irradiance.top, wanted_irradiance.bottom];
         let most = demand.into_iter().max().unwrap_or_default();
         self.ledger.reserve(PerLamp::new(most, most));
-        let nothing_wanted = wanted == Emphasis::default();
         let conditions = Conditions {
             plan: inputs.plan.map(core::ops::Deref::deref),
             interlock: self.interlock.state(),
             boards: inputs.boards,
             enclosure: inputs.enclosure,
             supply: inputs.supply,
-            clock_is_valid: inputs.now.is_some(),
+            clock_is_valid: self.opening.at.is_some(),
             uptime_ms: self.uptime_ms,
             watchdog_latched: self.watchdog_latched,
-            // A soft dark fades first: the governor hears of it when nothing is wanted any more.
-            wants_dark: wants_dark.filter(|_| nothing_wanted),
+            // A wish for dark fades first: the governor hears of it when nothing is wanted any more.
+            wants_dark: wish.dark.filter(|_| wanted == Emphasis::default()),
             reserved: self.ledger.covers(wanted_irradiance),
             dose: self.ledger.spent().lamps,
         };
@@ -384,17 +361,17 @@ impl State {
         let seconds = |ms: u64| (ms / 1_000).min(u64::from(u32::MAX)) as u32;
         Snapshot {
             uptime_ms: self.uptime_ms,
-            now: inputs.now,
+            now: self.opening.at,
             presence: self.presence,
-            bearing: self.tracker.longest().map(|track| track.bearing),
-            viewers: self.tracker.tracks().len() as u8,
-            view: if let Asked::Hold(view) = self.asked { Some(view) } else { self.selector.chosen() },
+            bearing: self.chooser.bearing(),
+            viewers: self.tracker.viewers().count() as u8,
+            view: inputs.plan.and_then(|plan| self.view(plan)),
             levels: self.last.command.levels(),
             irradiance: self.last.command.irradiance(),
             enabled: self.last.command.is_enabled(),
             dark: self.last.dark,
             cuts: self.last.cuts,
-            boards: inputs.boards.map(|reading| reading.and_then(crate::inputs::TemperatureReading::celsius)),
+            boards: inputs.boards.map(|reading| reading.and_then(TemperatureReading::celsius)),
             enclosure: inputs.enclosure,
             supply: inputs.supply,
             ultraviolet: inputs.ultraviolet,
@@ -405,38 +382,7 @@ impl State {
             full_s: PerLamp::new(seconds(spent.lamps.top.full_ms), seconds(spent.lamps.bottom.full_ms)),
             power_cycles: spent.power_cycles,
             watchdog_resets: spent.watchdog_resets,
-            lease: self.lease,
-        }
-    }
-}
-
-impl Default for Snapshot {
-    /// What is told before the first step.
-    fn default() -> Self {
-        Self {
-            uptime_ms: 0,
-            now: None,
-            presence: Presence::Unknown,
-            bearing: None,
-            viewers: 0,
-            view: None,
-            levels: PerLamp::default(),
-            irradiance: PerLamp::default(),
-            enabled: false,
-            dark: Some(DarkReason::Starting),
-            cuts: PerLamp::default(),
-            boards: PerLamp::default(),
-            enclosure: None,
-            supply: None,
-            ultraviolet: None,
-            interlock: InterlockState::Open,
-            day_dose: PerLamp::default(),
-            life_dose: PerLamp::default(),
-            lit_s: PerLamp::default(),
-            full_s: PerLamp::default(),
-            power_cycles: 0,
-            watchdog_resets: 0,
-            lease: Milliseconds(0),
+            lease: self.requests.lease(),
         }
     }
 }

@@ -9,6 +9,11 @@
     deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)
 )]
 
+#[cfg(test)]
+extern crate std;
+
+mod angle;
+pub mod chooser;
 pub mod controller;
 pub mod duty;
 pub mod events;
@@ -19,6 +24,9 @@ pub mod interlock;
 pub mod ledger;
 pub mod limits;
 pub mod plan;
+pub mod schedule;
+#[cfg(test)]
+mod testing;
 pub mod units;
 pub mod viewer;
 

@@ -23,6 +23,9 @@ pub const IDLE_FLOOR: Irradiance = Irradiance(1_000);
 
 /// Dark after every start.
 pub const START_DWELL: Milliseconds = Milliseconds(2_000);
+/// A viewer sensor that gives nothing credible this long after a start is lost: it has had the time to learn its
+/// background.
+pub const SENSOR_START: Milliseconds = Milliseconds(6_000);
 /// The fastest change of a lamp over its whole range.
 pub const FASTEST_FADE: Milliseconds = Milliseconds(300);
 

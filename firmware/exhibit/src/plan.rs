@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 pub use self::calendar::Calendar;
 pub use self::check::{PlanError, ValidPlan};
 use crate::units::{CentiDegrees, Dose, Irradiance, Level, Milliseconds, PerLamp};
+use crate::viewer::Bearing;
 
 /// The most views a plan holds.
 pub const MAX_VIEWS: usize = 16;
@@ -31,6 +32,13 @@ pub struct View {
     pub vertical: CentiDegrees,
     /// The lamp pair under which this view is shown.
     pub emphasis: Emphasis,
+}
+
+impl View {
+    /// The direction.
+    pub const fn bearing(&self) -> Bearing {
+        Bearing { horizontal: self.horizontal, vertical: self.vertical }
+    }
 }
 
 /// What the controller knows of the printed volume.

@@ -1,6 +1,9 @@
 //! Where viewers stand: sensors give sightings, the tracker follows them, the selector chooses a view.
 
+mod axis;
+mod eye;
 mod frame;
+mod radar;
 mod selector;
 mod thermal;
 mod tracker;
@@ -9,6 +12,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 pub use self::frame::{COLUMNS, PIXELS, ROWS, RadarFrame, RadarTarget, ThermalFrame};
+pub use self::radar::{REPORT_BYTES, Radar, parse_report};
 pub use self::selector::{Selector, nearest_view};
 pub use self::thermal::ThermalPair;
 pub use self::tracker::{MAX_TRACKS, Track, Tracker};
@@ -48,6 +52,8 @@ pub struct Sighting {
     pub bearing: Bearing,
     /// How strong the signal is; nearer viewers are stronger. The unit is the source's own.
     pub strength: u16,
+    /// Something in it has changed since the picture before: it lives.
+    pub moves: bool,
 }
 
 /// Everybody seen in one frame.

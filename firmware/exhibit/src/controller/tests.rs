@@ -1,46 +1,11 @@
 use super::*;
 use crate::inputs::{Contact, InterlockLoops, TemperatureReading};
 use crate::ledger::StoredReservation;
-use crate::plan::{Limits, PresenceSettings, View, ViewerSettings, VolumeMetadata};
+use crate::testing::plan;
+use crate::units::{CentiCelsius, Millivolts};
 use crate::viewer::{COLUMNS, PIXELS, ThermalFrame};
 
 const TICK: Milliseconds = Milliseconds(10);
-
-fn view(id: &str, horizontal: i16, top: u16, bottom: u16) -> View {
-    View {
-        id: id.try_into().unwrap(),
-        horizontal: crate::units::CentiDegrees(horizontal),
-        vertical: crate::units::CentiDegrees(0),
-        emphasis: PerLamp::new(Level(top), Level(bottom)),
-    }
-}
-
-fn plan() -> Plan {
-    Plan {
-        name: "Three photographs".try_into().unwrap(),
-        volume: VolumeMetadata {
-            films: 20,
-            width_px: 512,
-            height_px: 512,
-            width_um: 35_000,
-            film_pitch_um: 600,
-            blake3: [7; 32],
-        },
-        views: [
-            view("left", -3_000, 65_535, 0),
-            view("middle", 0, 30_000, 65_535),
-            view("right", 3_000, 0, 65_535),
-        ]
-        .into_iter()
-        .collect(),
-        neutral: PerLamp::new(Level(40_000), Level(40_000)),
-        lamps: PerLamp::default(),
-        limits: Limits::default(),
-        viewer: ViewerSettings::default(),
-        presence: PresenceSettings::default(),
-        calendar: crate::plan::Calendar::default(),
-    }
-}
 
 /// A controller with everything in order around it.
 struct Bench {

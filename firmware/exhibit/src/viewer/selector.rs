@@ -1,14 +1,13 @@
 //! Chooses the view to show: the nearest, without flicker.
 
 use super::Bearing;
-use crate::plan::{Plan, View};
-use crate::units::Milliseconds;
+use crate::plan::{Plan, View, ViewerSettings};
+use crate::units::{CentiDegrees, Milliseconds};
 
-/// Chooses the view nearest to a bearing, with hysteresis, dwell and a least hold.
+/// Chooses the view nearest to a bearing, with hysteresis, dead zone and dwell.
 #[derive(Clone, Debug, Default)]
 pub struct Selector {
     chosen: Option<u8>,
-    held: Milliseconds,
     candidate: Option<u8>,
     dwelt: Milliseconds,
 }
@@ -16,12 +15,12 @@ pub struct Selector {
 impl Selector {
     /// A selector that has chosen nothing.
     pub const fn new() -> Self {
-        Self { chosen: None, held: Milliseconds(0), candidate: None, dwelt: Milliseconds(0) }
+        Self::starting_with(None)
     }
 
-    /// Forgets its choice.
-    pub fn clear(&mut self) {
-        *self = Self::new();
+    /// A selector whose choice is made already.
+    pub const fn starting_with(view: Option<u8>) -> Self {
+        Self { chosen: view, candidate: None, dwelt: Milliseconds(0) }
     }
 
     /// The index of the chosen view.
@@ -29,30 +28,26 @@ impl Selector {
         self.chosen
     }
 
-    /// Takes the viewer's bearing and gives the index of the view to show.
+    /// Takes the viewer's bearing and gives the index of the view to show. The first choice is made at once.
     pub fn choose(&mut self, plan: &Plan, bearing: Bearing, elapsed: Milliseconds) -> Option<u8> {
-        self.held = self.held.plus(elapsed);
         let nearest = nearest_view(plan, bearing);
-        let Some(current) = self.chosen.and_then(|chosen| plan.views.get(usize::from(chosen))) else {
+        let view = |index: Option<u8>| index.and_then(|index| plan.views.get(usize::from(index)));
+        let (Some(current), Some(other)) = (view(self.chosen), view(nearest)) else {
             self.take(nearest);
             return self.chosen;
         };
-        let candidate = nearest.filter(|nearest| {
-            let other = plan.views.get(usize::from(*nearest));
-            let gain =
-                other.map_or(0, |other| distance(current, bearing).saturating_sub(distance(other, bearing)));
-            Some(*nearest) != self.chosen && gain > u32::from(plan.viewer.hysteresis.0.unsigned_abs())
-        });
+        let candidate = nearest
+            .filter(|_| nearest != self.chosen && is_clearly_nearer(other, current, bearing, &plan.viewer));
         self.dwelt = if candidate == self.candidate { self.dwelt.plus(elapsed) } else { Milliseconds(0) };
         self.candidate = candidate;
-        if candidate.is_some() && self.dwelt >= plan.viewer.dwell && self.held >= plan.viewer.least_hold {
+        if candidate.is_some() && self.dwelt >= plan.viewer.dwell {
             self.take(candidate);
         }
         self.chosen
     }
 
-    fn take(&mut self, view: Option<u8>) {
-        *self = Self { chosen: view, ..Self::new() };
+    const fn take(&mut self, view: Option<u8>) {
+        *self = Self::starting_with(view);
     }
 }
 
@@ -61,6 +56,15 @@ pub fn nearest_view(plan: &Plan, bearing: Bearing) -> Option<u8> {
     plan.views.iter().zip(0_u8..).min_by_key(|(view, _)| distance(view, bearing)).map(|(_, index)| index)
 }
 
+fn is_clearly_nearer(other: &View, current: &View, bearing: Bearing, settings: &ViewerSettings) -> bool {
+    let gain = distance(current, bearing).saturating_sub(distance(other, bearing));
+    let opposite = |a: CentiDegrees, b: CentiDegrees| (a.0 < 0) != (b.0 < 0) && a.0 != 0 && b.0 != 0;
+    let on_the_axis = |at: CentiDegrees| at.0.unsigned_abs() < settings.dead_zone.0.unsigned_abs();
+    gain > u32::from(settings.hysteresis.0.unsigned_abs())
+        && !(opposite(current.horizontal, other.horizontal) && on_the_axis(bearing.horizontal))
+        && !(opposite(current.vertical, other.vertical) && on_the_axis(bearing.vertical))
+}
+
 fn distance(view: &View, bearing: Bearing) -> u32 {
-    Bearing { horizontal: view.horizontal, vertical: view.vertical }.distance(bearing)
+    view.bearing().distance(bearing)
 }

@@ -1,0 +1,155 @@
+//! One Grid-EYE: is it sound, what is its background, what stands out from it.
+//!
+//! Values inside are sums of two frames, that is, in eighths of a degree.
+
+use super::{PIXELS, ThermalFrame};
+use crate::units::Milliseconds;
+
+/// Frames over which a background is seeded.
+pub(super) const SEED_FRAMES: u16 = 32;
+/// A sensor without a new frame for this long is lost.
+pub(super) const STALE: Milliseconds = Milliseconds(1_000);
+/// Frames without the change of a single pixel that make a frozen sensor: its noise alone changes some in each.
+const FROZEN_FRAMES: u16 = 20;
+/// Foreground stands at least this far above the background: 0.8 degrees.
+const LEAST_THRESHOLD: i32 = 6;
+/// A background follows the mean within about this many frames, as a power of two: 102 s at 10 frames a second.
+const SLOW: u32 = 10;
+/// A pixel that stays foreground for this many frames is background after all: 15 minutes.
+const FORCED_FRAMES: u16 = 9_000;
+/// A pixel that is this many frames colder than its background never had a background there.
+const COLD_FRAMES: u8 = 10;
+/// Fractional bits of the background's mean and noise.
+const FRACTION: u32 = 10;
+/// Readings that no room has, in quarters of a degree: below -20 or above 100 degrees.
+const CREDIBLE: core::ops::RangeInclusive<i16> = -80..=400;
+
+/// What one pixel remembers.
+#[derive(Clone, Copy, Debug)]
+struct Pixel {
+    last: i16,
+    mean: i32,
+    /// Mean distance from the mean.
+    noise: u16,
+    warm_frames: u16,
+    cold_frames: u8,
+}
+
+/// What one frame shows above the background.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Warmth {
+    /// Eighths of a degree above the background, where that is foreground.
+    pub(super) above: [u16; PIXELS],
+    /// The pixel has changed since the frame before by more than noise does.
+    pub(super) moved: u64,
+}
+
+/// One sensor.
+#[derive(Clone, Debug)]
+pub(super) struct Eye {
+    pixels: [Pixel; PIXELS],
+    frames: u16,
+    same_frames: u16,
+    age: Milliseconds,
+}
+
+impl Eye {
+    pub(super) const fn new() -> Self {
+        let pixel = Pixel { last: 0, mean: 0, noise: 0, warm_frames: 0, cold_frames: 0 };
+        Self { pixels: [pixel; PIXELS], frames: 0, same_frames: 0, age: STALE }
+    }
+
+    pub(super) const fn pass(&mut self, elapsed: Milliseconds) {
+        self.age = self.age.plus(elapsed);
+    }
+
+    /// Tells whether the sensor's frames are fresh, credible and alive.
+    pub(super) fn is_sound(&self) -> bool {
+        self.age < STALE && self.same_frames < FROZEN_FRAMES
+    }
+
+    /// Tells whether the background is known.
+    pub(super) const fn is_seeded(&self) -> bool {
+        self.frames >= SEED_FRAMES
+    }
+
+    /// Takes a frame; gives none where it is not credible, or while the background is being seeded.
+    pub(super) fn take(&mut self, frame: &ThermalFrame) -> Option<Warmth> {
+        if !frame.pixels.iter().all(|reading| CREDIBLE.contains(reading)) {
+            return None;
+        }
+        self.age = Milliseconds(0);
+        let same = self.pixels.iter().zip(&frame.pixels).all(|(pixel, reading)| pixel.last == *reading);
+        self.same_frames = if same && self.frames > 0 { self.same_frames.saturating_add(1) } else { 0 };
+        let mut warmth = Warmth { above: [0; PIXELS], moved: 0 };
+        let first = self.frames == 0;
+        let seeded = self.is_seeded();
+        let pixels = self.pixels.iter_mut().zip(&frame.pixels).zip(&mut warmth.above).zip(0_u32..);
+        for (((pixel, reading), above), index) in pixels {
+            let before = if first { *reading } else { pixel.last };
+            let sum = i32::from(before) + i32::from(*reading);
+            pixel.last = *reading;
+            if seeded {
+                *above = pixel.rise(sum);
+                let change = (i32::from(*reading) - i32::from(before)).abs() * 2;
+                warmth.moved |= u64::from(change > pixel.threshold() / 2) << index;
+            } else {
+                pixel.seed(sum, first);
+            }
+        }
+        self.frames = self.frames.saturating_add(1);
+        seeded.then_some(warmth)
+    }
+}
+
+impl Pixel {
+    fn seed(&mut self, sum: i32, first: bool) {
+        let value = sum << FRACTION;
+        if first {
+            self.mean = value;
+        }
+        self.mean += (value - self.mean) >> 3;
+        self.learn_noise((value - self.mean).abs(), 3);
+    }
+
+    /// Foreground stands this far above the mean: 0.8 degrees or four standard deviations, of which the mean
+    /// distance is 0.8.
+    fn threshold(&self) -> i32 {
+        ((i32::from(self.noise) * 5) >> FRACTION).max(LEAST_THRESHOLD)
+    }
+
+    /// Gives how far a value stands above the background, or zero; the background learns from what is no foreground.
+    fn rise(&mut self, sum: i32) -> u16 {
+        let value = sum << FRACTION;
+        let difference = value - self.mean;
+        let above = difference >> FRACTION;
+        let threshold = self.threshold();
+        if above >= threshold {
+            self.warm_frames = self.warm_frames.saturating_add(1);
+            self.cold_frames = 0;
+            if self.warm_frames < FORCED_FRAMES {
+                return above as u16;
+            }
+            self.mean = value;
+            self.warm_frames = 0;
+            return 0;
+        }
+        self.warm_frames = 0;
+        self.cold_frames = if above <= -threshold { self.cold_frames.saturating_add(1) } else { 0 };
+        if self.cold_frames >= COLD_FRAMES {
+            // Whoever stood here while the background was seeded has gone.
+            self.mean = value;
+            self.cold_frames = 0;
+            return 0;
+        }
+        self.mean += difference >> SLOW;
+        self.learn_noise(difference.abs(), SLOW - 2);
+        0
+    }
+
+    fn learn_noise(&mut self, distance: i32, shift: u32) {
+        let noise = i32::from(self.noise);
+        let learnt = noise + ((distance.min(i32::from(u16::MAX)) - noise) >> shift);
+        self.noise = learnt.clamp(0, i32::from(u16::MAX)) as u16;
+    }
+}
