@@ -5,6 +5,7 @@
 
 use core::cell::RefCell;
 
+use defmt::debug;
 use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -76,7 +77,7 @@ pub(crate) async fn run(state: &'static mut State, mut interlock: Interlock, mut
         let elapsed = now.saturating_duration_since(last).as_millis();
         last += Duration::from_millis(elapsed);
         let elapsed = Milliseconds(u32::try_from(elapsed).unwrap_or(u32::MAX));
-        let events = one_step(state, loops(interlock.read()), plan.as_ref(), elapsed);
+        let events = one_step(state, loops(&mut interlock), plan.as_ref(), elapsed);
         tell(state, &events, &mut stored_sequence);
         check_in(Client::Controller);
     }
@@ -116,11 +117,16 @@ fn one_step(
     events
 }
 
-/// An edge between two steps counts as open in the step that follows it, however short it was.
-fn loops(seen: Loops) -> InterlockLoops {
-    let tripped = darkness::take_trip();
-    let contact = |closed: bool| if closed && !tripped { Contact::Closed } else { Contact::Open };
-    InterlockLoops { a: contact(seen.a_closed), b: contact(seen.b_closed) }
+/// What the governor is told is what the loops read now. An opening that came and went between two steps has cost the
+/// light of this step, by the guard, and is no reason to wait for a person.
+fn loops(interlock: &mut Interlock) -> InterlockLoops {
+    // Forgotten before the loops are read: an edge after this line counts against the command of this step.
+    if darkness::take_trip() {
+        debug!("interlock tripped");
+    }
+    let Loops { a_closed, b_closed } = interlock.read();
+    let contact = |closed: bool| if closed { Contact::Closed } else { Contact::Open };
+    InterlockLoops { a: contact(a_closed), b: contact(b_closed) }
 }
 
 fn tell(state: &State, events: &Events, stored_sequence: &mut Option<u32>) {

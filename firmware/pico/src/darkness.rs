@@ -16,7 +16,7 @@ const FUNCTION_PWM: u8 = 4;
 /// Both loops in the register of all inputs: high is open.
 const LOOPS: u32 = 1 << INTERLOCK_A | 1 << INTERLOCK_B;
 
-/// Set by the interlock's interrupt, and cleared by the state's owner when it hands the news to the governor.
+/// Set by the interlock's interrupt, and cleared by the state's owner just before it reads the loops for the governor.
 static TRIPPED: AtomicBool = AtomicBool::new(false);
 
 /// Makes both lamps dark at once.
@@ -43,7 +43,7 @@ pub(crate) fn take_trip() -> bool {
     })
 }
 
-/// Runs `light` with the overrides lifted, unless a loop is open or was since the governor last looked; tells whether
+/// Runs `light` with the overrides lifted, unless a loop is open or an edge came since the governor last looked; tells whether
 /// it ran.
 pub(crate) fn light_unless_tripped(light: impl FnOnce()) -> bool {
     // Without interrupts the interlock's cannot come between the question and the light: it comes right after.

@@ -1,0 +1,78 @@
+// The bench: an emulated board behind a line protocol. One JSON object a line goes in and one comes out.
+//
+//   node bench.mjs IMAGE.elf
+//
+// In: {"op": "run", "ns": 1000000, ...}. Out: {"now": ..., ...} or {"error": "..."}. All times are simulated nanoseconds.
+
+import fs from 'node:fs';
+import readline from 'node:readline';
+import { Board } from './board.mjs';
+import { Elf } from './elf.mjs';
+
+const board = new Board(new Elf(fs.readFileSync(process.argv[2])));
+const hex = (bytes) => Buffer.from(bytes).toString('hex');
+const unhex = (text) => Buffer.from(text, 'hex');
+
+const operations = {
+  power_on: () => board.powerOn(),
+  power_off: () => board.powerOff(),
+  run: ({ ns }) => board.run(board.now + ns),
+  pin: ({ gp, high }) => board.setInput(gp, high),
+  analog: ({ channel, value }) => board.setAnalog(channel, value),
+  i2c: ({ address, start, bytes }) => board.devices.set(address, start, unhex(bytes)),
+  i2c_remove: ({ address }) => board.devices.remove(address),
+  edges: () => ({ edges: board.edges.splice(0) }),
+  levels: ({ gps }) => ({ levels: gps.map((gp) => board.isHigh(gp)) }),
+  resets: () => ({ resets: board.resets.splice(0) }),
+  listen: async () => ({ port: await board.usb.listen() }),
+  usb: () => ({ connected_at: board.usb.connectedAt }),
+  usb_write: ({ bytes }) => void board.usb.toDevice.push(...unhex(bytes)),
+  usb_read: () => ({ bytes: hex(board.usb.fromDevice.splice(0)) }),
+  usb_reading: ({ reading }) => board.usb.setReading(reading),
+  usb_terminal: ({ ready }) => board.usb.setTerminalReady(ready),
+  serial_write: ({ bytes }) => void board.serial.toDevice.push(...unhex(bytes)),
+  serial_read: () => ({ bytes: hex(board.serial.fromDevice.splice(0)) }),
+  log: () => ({ bytes: hex(board.logged.splice(0)) }),
+  stack: () => board.stackPeak(),
+  flash: ({ start, length }) => ({ bytes: hex(board.flash.bytes.subarray(start, start + length)) }),
+  flash_steps: () => ({ steps: board.flash.steps, log: board.flash.log.splice(0) }),
+  cut: ({ step, part, order }) => board.flash.setCut(step, part, order),
+  poke: ({ symbol, value }) => board.mcu.writeUint32(address(symbol), value),
+  peek: ({ symbol }) => ({ value: board.mcu.readUint32(address(symbol)) }),
+  trip,
+};
+
+function address(symbol) {
+  const at = board.symbols.get(symbol);
+  if (at === undefined) throw new Error(`the image has no symbol ${symbol}`);
+  return at;
+}
+
+// Changes an input after a while and runs until all of `gps` are low; says when each last fell after the change.
+async function trip({ gp, high, after, limit, gps }) {
+  let changedAt = null;
+  const change = board.clock.createAlarm(() => {
+    changedAt = board.now;
+    board.setInput(gp, high);
+  });
+  change.schedule(after);
+  const allLow = () => changedAt !== null && gps.every((pin) => !board.isHigh(pin));
+  const { cut } = await board.run(board.now + after + limit, allLow);
+  const dark = allLow();
+  const fellAt = gps.map((pin) => board.edges.findLast(([at, which, level]) => which === pin && level === 0 && at >= changedAt)?.[0] ?? changedAt);
+  return { cut, dark, changed_at: changedAt, latencies: fellAt.map((at) => at - changedAt) };
+}
+
+for await (const line of readline.createInterface({ input: process.stdin })) {
+  let answer;
+  try {
+    const { op, ...parameters } = JSON.parse(line);
+    if (!Object.hasOwn(operations, op)) throw new Error(`no operation ${op}`);
+    answer = { now: board.now, ...(await operations[op](parameters)) };
+    answer.now = board.now;
+  } catch (error) {
+    answer = { error: String(error?.stack ?? error) };
+  }
+  process.stdout.write(JSON.stringify(answer) + '\n');
+}
+process.exit(0);

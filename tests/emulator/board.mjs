@@ -1,0 +1,181 @@
+// The board: an emulated RP2040 with the image in its flash, and what is wired to it. Power can go and come back.
+
+import { ConsoleLogger, BasePeripheral, LogLevel, RP2040, GPIOPinState } from 'rp2040js';
+import { Clock } from './clock.mjs';
+import { bootRom, FlashChip, PowerCut } from './flash.mjs';
+import { Devices } from './i2c.mjs';
+import { UsbHost } from './usb.mjs';
+
+const NANOS_A_CYCLE = 8;
+const WATCHED = [2, 3, 8, 25];
+const INPUTS = [1, 6, 7, 9, 10, 11, 21];
+const STACK_PAINT = 0xc5;
+const HARD_FAULT = 3;
+
+// Not in the emulator: its registers read zero, or a flash write would wait for ever.
+class XipControl extends BasePeripheral {
+  readUint32() {
+    return 0;
+  }
+  writeUint32() {}
+  writeUint32Atomic() {}
+}
+
+export class Board {
+  constructor(elf) {
+    this.elf = elf;
+    this.symbols = elf.symbols();
+    this.flash = new FlashChip();
+    this.devices = new Devices();
+    this.usb = new UsbHost();
+    this.inputs = new Map(INPUTS.map((gp) => [gp, true]));
+    this.analog = [2048, 2048, 0, 0, 0];
+    this.edges = [];
+    this.resets = [];
+    this.serial = { fromDevice: [], toDevice: [] };
+    this.logged = [];
+    this.past = 0;
+    this.mcu = null;
+  }
+
+  // Simulated nanoseconds since the bench began, over all starts.
+  get now() {
+    return this.past + (this.mcu ? this.clock.nanos : 0);
+  }
+
+  powerOn() {
+    for (const segment of this.elf.flashSegments()) this.flash.bytes.set(segment.bytes, segment.offset);
+    this.start(null);
+  }
+
+  powerOff() {
+    if (!this.mcu) return;
+    this.past = this.now;
+    this.mcu = null;
+    for (const gp of WATCHED) this.note(gp, 0);
+  }
+
+  // `kept` is what survives a reset of the chip: RAM and the watchdog's registers; nothing after a power cut.
+  start(kept) {
+    if (this.mcu) this.powerOff();
+    this.clock = new Clock();
+    const mcu = new RP2040(this.clock);
+    mcu.logger = new ConsoleLogger(LogLevel.Error, false);
+    mcu.loadBootrom(bootRom());
+    mcu.flash.set(this.flash.bytes);
+    // One array for chip and processor: a write by the ROM's functions is seen by both.
+    this.flash.bytes = mcu.flash;
+    mcu.peripherals[0x14000] = new XipControl(mcu, 'XIP_CTRL');
+    mcu.onBreak = (n) => this.onBreak(n);
+    const watchdog = mcu.peripherals[0x40058];
+    watchdog.onWatchdogTrigger = () => (this.resetPending = true);
+    this.resetPending = false;
+    if (kept) {
+      mcu.sram.set(kept.sram);
+      watchdog.scratchData.set(kept.scratch);
+      watchdog.reason = kept.reason;
+    } else {
+      this.paintStack(mcu);
+    }
+    this.mcu = mcu;
+    this.attach(mcu);
+    mcu.core.VTOR = 0x10000100;
+    mcu.core.SP = mcu.readUint32(0x10000100);
+    mcu.core.PC = mcu.readUint32(0x10000104) & ~1;
+  }
+
+  attach(mcu) {
+    for (const gp of WATCHED) mcu.gpio[gp].addListener((state) => this.note(gp, state === GPIOPinState.High ? 1 : 0));
+    for (const [gp, high] of this.inputs) mcu.gpio[gp].setInputValue(high);
+    this.analog.forEach((value, channel) => (mcu.adc.channelValues[channel] = value));
+    this.devices.attach(mcu.i2c[0], this.clock);
+    this.usb.attach(mcu, this.clock);
+    mcu.uart[0].onByte = (byte) => this.serial.fromDevice.push(byte);
+  }
+
+  paintStack(mcu) {
+    const [start, end] = [this.symbols.get('_stack_end'), this.symbols.get('_stack_start')];
+    mcu.sram.fill(STACK_PAINT, start - 0x20000000, end - 0x20000000);
+  }
+
+  // The most bytes of stack used since the power came.
+  stackPeak() {
+    const [bottom, top] = [this.symbols.get('_stack_end') - 0x20000000, this.symbols.get('_stack_start') - 0x20000000];
+    let at = bottom;
+    while (at < top && this.mcu.sram[at] === STACK_PAINT) at++;
+    return { used: top - at, of: top - bottom };
+  }
+
+  note(gp, level) {
+    this.edges.push([this.now, gp, level]);
+  }
+
+  isHigh(gp) {
+    return this.mcu !== null && this.mcu.gpio[gp].value === GPIOPinState.High;
+  }
+
+  setInput(gp, high) {
+    this.inputs.set(gp, high);
+    this.mcu?.gpio[gp].setInputValue(high);
+  }
+
+  setAnalog(channel, value) {
+    this.analog[channel] = value;
+    if (this.mcu) this.mcu.adc.channelValues[channel] = value;
+  }
+
+  onBreak(n) {
+    const { core } = this.mcu;
+    if (core.PC < 0x4000) this.clock.tick(this.flash.call(this.mcu, n));
+    // What the processor does with an undefined instruction or a breakpoint without a debugger.
+    else core.exceptionEntry(HARD_FAULT);
+  }
+
+  resetByWatchdog() {
+    const watchdog = this.mcu.peripherals[0x40058];
+    this.drainLog();
+    this.resets.push({ at: this.now, reason: watchdog.reason });
+    this.start({ sram: this.mcu.sram, scratch: watchdog.scratchData, reason: watchdog.reason });
+  }
+
+  // Runs until a moment of the simulated time, or until `until` holds. Says whether the power was cut on the way.
+  async run(until, stop = () => false) {
+    let nextYield = this.now + 200_000;
+    try {
+      while (this.now < until && !stop()) {
+        if (this.mcu.core.waiting) this.clock.tick(Math.min(Math.max(this.clock.nanosToNextAlarm, 1), until - this.now));
+        else this.clock.tick(this.mcu.core.executeInstruction() * NANOS_A_CYCLE);
+        if (this.resetPending) this.resetByWatchdog();
+        if (this.now >= nextYield) {
+          nextYield = this.now + 200_000;
+          await this.serve();
+        }
+      }
+    } catch (error) {
+      if (!(error instanceof PowerCut)) throw error;
+      this.powerOff();
+      return { cut: true };
+    }
+    await this.serve();
+    return { cut: false };
+  }
+
+  async serve() {
+    this.usb.pump();
+    const uart = this.mcu.uart[0];
+    while (this.serial.toDevice.length && uart.rxFIFO && !uart.rxFIFO.full) uart.feedByte(this.serial.toDevice.shift());
+    this.drainLog();
+    if (this.usb.server) await new Promise((resolve) => setImmediate(resolve));
+  }
+
+  // Takes the defmt frames out of the RTT buffer, as a probe would.
+  drainLog() {
+    const { mcu } = this;
+    const channel = this.symbols.get('_SEGGER_RTT') + 24;
+    const [buffer, size, write, read] = [4, 8, 12, 16].map((at) => mcu.readUint32(channel + at));
+    if (buffer < 0x20000000 || size === 0 || size > 65536) return;
+    let at = read;
+    for (; at !== write; at = (at + 1) % size) this.logged.push(mcu.readUint8(buffer + at));
+    if (at !== read) mcu.writeUint32(channel + 16, at);
+  }
+}
