@@ -4,6 +4,7 @@ import { ConsoleLogger, BasePeripheral, LogLevel, RP2040, GPIOPinState } from 'r
 import { Clock } from './clock.mjs';
 import { bootRom, FlashChip, PowerCut } from './flash.mjs';
 import { Devices } from './i2c.mjs';
+import { SerialPort } from './serial.mjs';
 import { UsbHost } from './usb.mjs';
 
 const NANOS_A_CYCLE = 8;
@@ -32,7 +33,7 @@ export class Board {
     this.analog = [2048, 2048, 0, 0, 0];
     this.edges = [];
     this.resets = [];
-    this.serial = { fromDevice: [], toDevice: [] };
+    this.serial = new SerialPort();
     this.logged = [];
     this.past = 0;
     this.mcu = null;
@@ -68,7 +69,11 @@ export class Board {
     mcu.peripherals[0x14000] = new XipControl(mcu, 'XIP_CTRL');
     mcu.onBreak = (n) => this.onBreak(n);
     const watchdog = mcu.peripherals[0x40058];
-    watchdog.onWatchdogTrigger = () => (this.resetPending = true);
+    watchdog.onWatchdogTrigger = () => {
+      // The emulator's alarm would fire again at the same moment, for ever.
+      watchdog.alarm.enable = false;
+      this.resetPending = true;
+    };
     this.resetPending = false;
     if (kept) {
       mcu.sram.set(kept.sram);
@@ -90,7 +95,7 @@ export class Board {
     this.analog.forEach((value, channel) => (mcu.adc.channelValues[channel] = value));
     this.devices.attach(mcu.i2c[0], this.clock);
     this.usb.attach(mcu, this.clock);
-    mcu.uart[0].onByte = (byte) => this.serial.fromDevice.push(byte);
+    this.serial.attach(mcu, mcu.uart[0], this.clock);
   }
 
   paintStack(mcu) {
@@ -162,8 +167,7 @@ export class Board {
 
   async serve() {
     this.usb.pump();
-    const uart = this.mcu.uart[0];
-    while (this.serial.toDevice.length && uart.rxFIFO && !uart.rxFIFO.full) uart.feedByte(this.serial.toDevice.shift());
+    this.serial.pump();
     this.drainLog();
     if (this.usb.server) await new Promise((resolve) => setImmediate(resolve));
   }

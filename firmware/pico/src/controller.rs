@@ -10,8 +10,9 @@ use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Instant, Ticker};
+use embassy_time::{Duration, Instant, Ticker, Timer};
 use heapless::Vec;
+use portable_atomic::{AtomicU32, Ordering};
 use vitrine_drivers::interlock::Loops;
 use vitrine_exhibit::controller::{Snapshot, State, step};
 use vitrine_exhibit::events::{Event, Events};
@@ -27,6 +28,9 @@ use crate::{darkness, front, lamps, readings};
 
 /// A hundred steps a second.
 const STEP: Duration = Duration::from_millis(10);
+
+/// A level that has stood for so long is steady.
+const STEADY_FOR_MS: u32 = 50;
 
 /// The most requests of one step; more wait for the next.
 const REQUESTS_A_STEP: usize = 4;
@@ -58,6 +62,27 @@ static SNAPSHOT: CriticalSectionMutex<RefCell<Option<Snapshot>>> =
 /// What the controller tells of itself after its last step.
 pub(crate) fn snapshot() -> Snapshot {
     SNAPSHOT.lock(|snapshot| *snapshot.borrow()).unwrap_or_default()
+}
+
+/// Since when the lamps have not changed, in milliseconds since the start.
+static STEADY_SINCE: AtomicU32 = AtomicU32::new(0);
+
+/// Tells whether the lamps are dark or have been at the same level for a while.
+pub(crate) fn lamps_are_steady() -> bool {
+    now_ms().wrapping_sub(STEADY_SINCE.load(Ordering::Relaxed)) >= STEADY_FOR_MS
+}
+
+/// Waits until the lamps are steady, or the patience is at its end.
+pub(crate) async fn steady_lamps(patience: Duration) {
+    let end = Instant::now() + patience;
+    while !lamps_are_steady() && Instant::now() < end {
+        Timer::after(STEP).await;
+    }
+}
+
+/// Wraps around after 49 days: only differences count.
+fn now_ms() -> u32 {
+    Instant::now().as_millis() as u32
 }
 
 /// Steps the mind for ever.
@@ -112,7 +137,11 @@ fn one_step(
         staff_key: front::staff_key_is_pressed(),
         stored: STORED.try_take(),
     };
+    let before = state.snapshot().levels;
     let (command, events) = step(state, &inputs, elapsed);
+    if command.levels() != before {
+        STEADY_SINCE.store(now_ms(), Ordering::Relaxed);
+    }
     lamps::COMMAND.signal(command);
     events
 }

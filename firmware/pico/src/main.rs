@@ -10,6 +10,8 @@
 //! | [`sensors`] | thread executor | the I2C bus: viewer sensors, ultraviolet sensor, battery clock |
 //! | [`analog`] | thread executor | the converter: temperatures, supply |
 //! | [`front`] | thread executor | status LED and staff key |
+//! | [`store`] | thread executor | flash: plan, dose ledger, event log; and what [`hosts`] may ask |
+//! | [`links`] | thread executor | USB and the service port |
 //! | [`watchdog`] | thread executor | the watchdog, fed when all have checked in |
 //!
 //! Values go from owner to owner; nobody shares what somebody owns. However the program ends, [`last_words`] makes
@@ -22,12 +24,17 @@ mod analog;
 mod board;
 mod controller;
 mod darkness;
+mod flash_map;
 mod front;
 mod guard;
+mod hosts;
 mod lamps;
 mod last_words;
+mod links;
+mod plans;
 mod readings;
 mod sensors;
+mod store;
 mod watchdog;
 
 use defmt::{error, info};
@@ -35,9 +42,10 @@ use defmt_rtt as _;
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use embassy_rp::executor::InterruptExecutor;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
+use heapless::String;
 use static_cell::StaticCell;
+use store::Store;
 use vitrine_exhibit::controller::State;
-use vitrine_exhibit::ledger::LedgerRecord;
 use vitrine_exhibit::plan::ValidPlan;
 
 /// Runs the tasks that must not wait for the others.
@@ -63,14 +71,23 @@ async fn main(spawner: Spawner) {
 
     static STATE: StaticCell<State> = StaticCell::new();
     static PLAN: StaticCell<Option<ValidPlan>> = StaticCell::new();
-    let state = STATE.init_with(|| State::new(LedgerRecord::default(), dog.after_fault()));
+    static SPARE: StaticCell<Option<ValidPlan>> = StaticCell::new();
+    static SERIAL_NUMBER: StaticCell<String<24>> = StaticCell::new();
     let plan = PLAN.init(None);
+    let (store, found) = Store::open(resources.storage, plan, SPARE.init(None));
+    let serial_number = SERIAL_NUMBER.init(store.serial_number.clone());
+    let state = STATE.init_with(|| State::new(found.ledger, dog.after_fault()));
+    let (usb_device, usb_port) = links::usb(resources.usb, serial_number);
 
     let prompt = PROMPT.start(interrupt::SWI_IRQ_1);
     prompt.spawn(started(lamps::run(lamps, pwm)));
     prompt.spawn(started(controller::run(state, interlock, plan)));
     spawner.spawn(started(sensors::run(resources.sensors)));
     spawner.spawn(started(analog::run(resources.analog)));
+    spawner.spawn(started(store::run(store)));
+    spawner.spawn(started(links::run_usb_device(usb_device)));
+    spawner.spawn(started(links::run_usb(usb_port)));
+    spawner.spawn(started(links::run_serial(resources.service)));
     spawner.spawn(started(front::run(resources.front)));
     spawner.spawn(started(watchdog::run(dog)));
     info!("started");

@@ -9,6 +9,7 @@ use embassy_time::{Duration, Instant};
 use vitrine_exhibit::inputs::TemperatureReading;
 use vitrine_exhibit::units::{Irradiance, Millivolts, PerLamp, UtcSeconds};
 use vitrine_exhibit::viewer::PIXELS;
+use vitrine_protocol::status::{ClockSource, ClockState};
 
 /// A reading that is older says nothing any more.
 const STALE: Duration = Duration::from_millis(1_000);
@@ -29,6 +30,8 @@ struct Board {
     supply: Option<Stamped<Millivolts>>,
     ultraviolet: Option<Irradiance>,
     clock: Option<Stamped<UtcSeconds>>,
+    clock_source: ClockSource,
+    last_correction_s: Option<i32>,
 }
 
 static BOARD: CriticalSectionMutex<RefCell<Board>> = CriticalSectionMutex::new(RefCell::new(Board {
@@ -37,6 +40,8 @@ static BOARD: CriticalSectionMutex<RefCell<Board>> = CriticalSectionMutex::new(R
     supply: None,
     ultraviolet: None,
     clock: None,
+    clock_source: ClockSource::Nothing,
+    last_correction_s: None,
 }));
 
 /// What one step of the controller gets to know.
@@ -91,10 +96,34 @@ pub(crate) fn ultraviolet(irradiance: Irradiance) {
     with(|board| board.ultraviolet = Some(irradiance));
 }
 
-/// Sets the time that runs on from now; none when it is not to be trusted.
-pub(crate) fn set_clock(time: Option<UtcSeconds>) {
+/// Takes over what the battery clock says.
+pub(crate) fn clock_from_battery(time: UtcSeconds) {
     let at = Instant::now();
-    with(|board| board.clock = time.map(|value| Stamped { value, at }));
+    with(|board| {
+        board.clock = Some(Stamped { value: time, at });
+        board.clock_source = ClockSource::Battery;
+    });
+}
+
+/// Takes over what a host says; whether the battery clock keeps it will be seen.
+pub(crate) fn clock_set_by_host(time: UtcSeconds) {
+    let at = Instant::now();
+    with(|board| {
+        board.last_correction_s = running(board.clock, at)
+            .map(|before| i32::try_from(before.0.saturating_sub(time.0)).unwrap_or(i32::MAX));
+        board.clock = Some(Stamped { value: time, at });
+        board.clock_source = ClockSource::Host;
+    });
+}
+
+/// The clock.
+pub(crate) fn clock() -> ClockState {
+    let now = Instant::now();
+    with(|board| ClockState {
+        now: running(board.clock, now),
+        source: board.clock_source,
+        last_correction_s: board.last_correction_s,
+    })
 }
 
 fn with<R>(use_board: impl FnOnce(&mut Board) -> R) -> R {

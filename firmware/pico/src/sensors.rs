@@ -8,7 +8,6 @@ use embassy_rp::i2c::{self, I2c};
 use embassy_rp::peripherals::I2C0;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
-use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Ticker, with_timeout};
 use vitrine_drivers::grid_eye::GridEye;
 use vitrine_drivers::{battery_clock, uv_sensor};
@@ -32,9 +31,6 @@ const VIEWER_SENSORS: [GridEye; 2] = [GridEye::new(0x68), GridEye::new(0x69)];
 
 /// A time to be set, from the link.
 pub(crate) static SET_CLOCK: Channel<CriticalSectionRawMutex, UtcSeconds, 1> = Channel::new();
-
-/// Whether the battery clock took the time.
-pub(crate) static CLOCK_WAS_SET: Signal<CriticalSectionRawMutex, bool> = Signal::new();
 
 type Bus = I2c<'static, I2C0, i2c::Async>;
 
@@ -66,7 +62,7 @@ pub(crate) async fn run(resources: SensorsResources) -> ! {
             read_clock(&mut bus, &mut answering).await;
         }
         if let Ok(time) = SET_CLOCK.try_receive() {
-            set_clock(&mut bus, time).await;
+            set_clock(&mut bus, time, &mut answering).await;
         }
         check_in(Client::Sensors);
         ticker.next().await;
@@ -127,17 +123,18 @@ async fn read_clock(bus: &mut Bus, answering: &mut Answering) {
                 info!("battery clock: {} s since 1970", seconds);
             }
             answering.clock = true;
-            readings::set_clock(Some(UtcSeconds(seconds)));
+            readings::clock_from_battery(UtcSeconds(seconds));
         }
         _ => answering.clock = false,
     }
 }
 
-async fn set_clock(bus: &mut Bus, time: UtcSeconds) {
-    readings::set_clock(Some(time));
-    let set = matches!(with_timeout(TRANSFER_TIMEOUT, battery_clock::set(bus, time.0)).await, Ok(Ok(())));
-    if !set {
+async fn set_clock(bus: &mut Bus, time: UtcSeconds, answering: &mut Answering) {
+    answering.clock =
+        matches!(with_timeout(TRANSFER_TIMEOUT, battery_clock::set(bus, time.0)).await, Ok(Ok(())));
+    if answering.clock {
+        readings::clock_from_battery(time);
+    } else {
         warn!("the battery clock did not take the time");
     }
-    CLOCK_WAS_SET.signal(set);
 }

@@ -28,9 +28,15 @@ pub(crate) enum Client {
     Sensors = 1 << 2,
     /// The owner of the converter.
     Analog = 1 << 3,
+    /// The owner of flash.
+    Store = 1 << 4,
+    /// The link over USB.
+    Usb = 1 << 5,
+    /// The link over the service port.
+    Serial = 1 << 6,
 }
 
-const ALL_CLIENTS: u32 = (1 << 4) - 1;
+const ALL_CLIENTS: u32 = (1 << 7) - 1;
 
 static CHECKED_IN: AtomicU32 = AtomicU32::new(0);
 

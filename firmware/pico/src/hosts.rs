@@ -1,0 +1,91 @@
+//! What hosts may ask of this board.
+
+use heapless::Vec;
+use vitrine_exhibit::inputs::Request;
+use vitrine_exhibit::units::UtcSeconds;
+use vitrine_protocol::message::{LogEntry, LogPage, MAX_LOG_ENTRIES};
+use vitrine_protocol::server::Controller;
+use vitrine_protocol::status::{ClockState, Status};
+use vitrine_protocol::{FINGERPRINT, Hello, Refusal, VERSION};
+use vitrine_storage::map::LOG;
+
+use crate::controller::{self, REQUESTS};
+use crate::sensors::SET_CLOCK;
+use crate::store::Store;
+use crate::{links, readings};
+
+impl Controller for Store {
+    fn hello(&mut self) -> Hello {
+        Hello {
+            version: VERSION,
+            fingerprint: FINGERPRINT,
+            serial_number: self.serial_number.clone(),
+            firmware: heapless::String::try_from(env!("CARGO_PKG_VERSION")).unwrap_or_default(),
+            name: self.plans.name(),
+        }
+    }
+
+    fn status(&mut self) -> Status {
+        let snapshot = controller::snapshot();
+        Status {
+            snapshot,
+            clock: self.clock(),
+            plan: self.plans.state(snapshot.view),
+            log_next: self.log.map_or(0, |position| position.next()),
+            damaged_frames: links::damaged_frames(),
+        }
+    }
+
+    fn clock(&mut self) -> ClockState {
+        readings::clock()
+    }
+
+    fn set_clock(&mut self, now: UtcSeconds) -> Result<(), Refusal> {
+        readings::clock_set_by_host(now);
+        SET_CLOCK.try_send(now).map_err(|_| Refusal::ClockFailed)
+    }
+
+    fn request(&mut self, request: Request) -> Result<(), Refusal> {
+        if let Request::Hold { view, .. } = request
+            && view >= self.plans.views()
+        {
+            let views = self.plans.views();
+            return Err(if views == 0 { Refusal::NoPlan } else { Refusal::NoSuchView { views } });
+        }
+        REQUESTS
+            .try_send(request)
+            .map_err(|_| Refusal::TooManyRequests { retry: vitrine_exhibit::units::Milliseconds(20) })
+    }
+
+    fn begin_plan(&mut self, length: u32) -> Result<(), Refusal> {
+        self.plans.begin(&mut self.chip, length)
+    }
+
+    fn append_plan(&mut self, bytes: &[u8]) -> Result<(), Refusal> {
+        self.plans.append(&mut self.chip, bytes)
+    }
+
+    fn commit_plan(&mut self, crc: u32) -> Result<(), Refusal> {
+        self.plans.commit(&mut self.chip, crc)
+    }
+
+    fn read_plan(&mut self, offset: u32, part: &mut [u8]) -> Result<(u32, usize), Refusal> {
+        self.plans.read(&mut self.chip, offset, part)
+    }
+
+    fn read_log(&mut self, from: u32) -> Result<LogPage, Refusal> {
+        let position = self.log.ok_or(Refusal::StorageFailed)?;
+        let mut entries = Vec::new();
+        for sequence in (from.max(position.oldest())..position.next()).take(MAX_LOG_ENTRIES) {
+            let Some(entry) =
+                LOG.read(&mut self.chip, &position, sequence).map_err(|_| Refusal::StorageFailed)?
+            else {
+                continue;
+            };
+            if let Ok(((time, uptime_s, event), _)) = postcard::take_from_bytes(&entry) {
+                let _ = entries.push(LogEntry { sequence, time, uptime_s, event });
+            }
+        }
+        Ok(LogPage { oldest: position.oldest(), next: position.next(), entries })
+    }
+}

@@ -1,0 +1,160 @@
+//! The plan in flash, the one that is active, and the one that is being uploaded.
+
+use defmt::{info, warn};
+use heapless::{String, Vec};
+use vitrine_exhibit::plan::{MAX_VIEWS, ValidPlan};
+use vitrine_exhibit::units::Milliseconds;
+use vitrine_protocol::Refusal;
+use vitrine_protocol::plan_file::{self, MAX_PLAN_BYTES};
+use vitrine_protocol::status::PlanState;
+use vitrine_storage::map::PLAN;
+use vitrine_storage::{Record, Writer};
+
+use crate::controller::{self, NEW_PLAN, OLD_PLAN, PlanSlot};
+use crate::store::Chip;
+
+/// After this time a host may try again what waits for steady lamps, or for the plan before to come back.
+const RETRY: Milliseconds = Milliseconds(50);
+
+/// What the store remembers of the active plan, which itself is the controller's.
+struct Active {
+    record: Record,
+    name: String<48>,
+    views: Vec<String<24>, MAX_VIEWS>,
+}
+
+/// All plans but the one in the controller's hands.
+pub(crate) struct Plans {
+    active: Option<Active>,
+    upload: Option<Writer>,
+    spare: Option<PlanSlot>,
+}
+
+impl Plans {
+    /// Reads the newest plan into the controller's slot. A plan that cannot be read or is unfit is none.
+    pub(crate) fn load(chip: &mut Chip, slot: &mut Option<ValidPlan>, spare: PlanSlot) -> Self {
+        let mut plans = Self { active: None, upload: None, spare: Some(spare) };
+        match PLAN.newest(chip) {
+            Ok(Some(record)) => match read(chip, &record) {
+                Ok(plan) => {
+                    plans.active = Some(Active::new(record, &plan));
+                    info!("plan '{}' with {} views", plan.name.as_str(), plan.views.len());
+                    *slot = Some(plan);
+                }
+                Err(refusal) => warn!("the plan in flash is no use: {}", defmt::Debug2Format(&refusal)),
+            },
+            Ok(None) => info!("no plan in flash"),
+            Err(_) => warn!("the plan cannot be read"),
+        }
+        plans
+    }
+
+    /// Takes back the slot of the plan before, when the controller has let it go.
+    pub(crate) fn take_back(&mut self) {
+        if let Ok(slot) = OLD_PLAN.try_receive() {
+            *slot = None;
+            self.spare = Some(slot);
+        }
+    }
+
+    /// The active plan's name; empty without one.
+    pub(crate) fn name(&self) -> String<48> {
+        self.active.as_ref().map(|active| active.name.clone()).unwrap_or_default()
+    }
+
+    /// What is told of the active plan.
+    pub(crate) fn state(&self, shown: Option<u8>) -> Option<PlanState> {
+        let active = self.active.as_ref()?;
+        let view_id = shown.and_then(|view| active.views.get(usize::from(view))).cloned().unwrap_or_default();
+        Some(PlanState {
+            crc: active.record.crc(),
+            length: active.record.length(),
+            name: active.name.clone(),
+            views: u8::try_from(active.views.len()).unwrap_or(u8::MAX),
+            view_id,
+        })
+    }
+
+    /// How many views the active plan has.
+    pub(crate) fn views(&self) -> u8 {
+        self.active.as_ref().map_or(0, |active| u8::try_from(active.views.len()).unwrap_or(u8::MAX))
+    }
+
+    /// Prepares the inactive slot.
+    pub(crate) fn begin(&mut self, chip: &mut Chip, length: u32) -> Result<(), Refusal> {
+        let most = u32::try_from(MAX_PLAN_BYTES).unwrap_or(u32::MAX);
+        if length == 0 || length > most {
+            return Err(Refusal::PlanLength { most });
+        }
+        wait_for_steady_lamps()?;
+        self.upload = Some(PLAN.begin(chip, length).map_err(|_| Refusal::StorageFailed)?);
+        Ok(())
+    }
+
+    /// Writes the next bytes.
+    pub(crate) fn append(&mut self, chip: &mut Chip, bytes: &[u8]) -> Result<(), Refusal> {
+        let writer = self.upload.as_mut().ok_or(Refusal::NoUpload)?;
+        if writer.will_erase(u32::try_from(bytes.len()).unwrap_or(u32::MAX)) {
+            wait_for_steady_lamps()?;
+        }
+        writer.append(chip, bytes).map_err(|_| Refusal::StorageFailed)
+    }
+
+    /// Verifies the upload, makes it the newest record and hands it to the controller.
+    pub(crate) fn commit(&mut self, chip: &mut Chip, crc: u32) -> Result<(), Refusal> {
+        let writer = self.upload.as_ref().ok_or(Refusal::NoUpload)?;
+        let staged = writer.staged(chip).map_err(|_| Refusal::StorageFailed)?;
+        if staged.crc() != crc {
+            return Err(Refusal::Checksum { expected: crc, found: staged.crc() });
+        }
+        let plan = read(chip, &staged)?;
+        // The slot of the plan before comes back within one step.
+        self.take_back();
+        let Some(slot) = self.spare.take() else { return Err(Refusal::LampsInMotion { retry: RETRY }) };
+        let finished = self.upload.take().map(|writer| writer.finish(chip));
+        let Some(Ok(record)) = finished else {
+            self.spare = Some(slot);
+            return Err(Refusal::StorageFailed);
+        };
+        self.active = Some(Active::new(record, &plan));
+        *slot = Some(plan);
+        // There is one spare slot, so the channel of one is empty.
+        let _ = NEW_PLAN.try_send(slot);
+        info!("new plan, CRC {:08x}", crc);
+        Ok(())
+    }
+
+    /// Reads the active plan back.
+    pub(crate) fn read(
+        &self,
+        chip: &mut Chip,
+        offset: u32,
+        part: &mut [u8],
+    ) -> Result<(u32, usize), Refusal> {
+        let record = self.active.as_ref().ok_or(Refusal::NoPlan)?.record;
+        let bytes = record.read(chip, offset, part).map_err(|_| Refusal::StorageFailed)?;
+        Ok((record.length(), bytes))
+    }
+}
+
+impl Active {
+    fn new(record: Record, plan: &ValidPlan) -> Self {
+        Self {
+            record,
+            name: plan.name.clone(),
+            views: plan.views.iter().map(|view| view.id.clone()).collect(),
+        }
+    }
+}
+
+fn wait_for_steady_lamps() -> Result<(), Refusal> {
+    if controller::lamps_are_steady() { Ok(()) } else { Err(Refusal::LampsInMotion { retry: RETRY }) }
+}
+
+fn read(chip: &mut Chip, record: &Record) -> Result<ValidPlan, Refusal> {
+    let mut buffer = [0; MAX_PLAN_BYTES];
+    let used = record.read(chip, 0, &mut buffer).map_err(|_| Refusal::StorageFailed)?;
+    let bytes = buffer.get(..used).ok_or(Refusal::StorageFailed)?;
+    let plan = plan_file::decode(bytes).map_err(|_| Refusal::UnreadablePlan)?;
+    ValidPlan::new(plan).map_err(Refusal::UnfitPlan)
+}
