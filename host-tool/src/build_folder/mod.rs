@@ -1,7 +1,24 @@
 //! The build folder: what `vitrine design` writes and the other commands read.
+//!
+//! ```text
+//! films/film-01.png ...            ink of each film, film 1 on top
+//! views/ID.png, views/ID.target.png   what a view shows, and its pattern
+//! plan.json, plan.bin              the plan to read, and as uploaded
+//! report.json, report.html         all figures, and the page to look at
+//! manifest.json                    what went in and what came out
+//! ```
 
-mod sources;
+mod films;
+mod manifest;
+mod page;
+mod read;
+mod report;
 mod whole;
+mod write;
 
-pub use sources::{PictureProblem, look_at_picture};
+pub use films::{FilmError, film_name};
+pub use manifest::{FORMAT, LAYOUT, Manifest};
+pub use read::{BuildFolder, Films, OpenError};
+pub use report::{Figures, Report, ViewReport};
 pub use whole::{WholeFolder, clean_up_on_interrupt, write_file};
+pub use write::{BuildError, check_place, write};

@@ -3,10 +3,12 @@
 use jiff::civil::Date;
 use toml::Spanned;
 use toml::de::DeValue;
+use vitrine_exhibit::plan::calendar::MAX_CLOSED;
 
 use super::exhibit::{CalendarSettings, ScheduleRule};
 use super::problem::Problem;
 use super::reader::{Bounds, Placed, TableReader};
+use super::zone;
 
 const DAY_NAMES: [&str; 7] = ["mon", "tue", "wed", "thu", "fri", "sat", "sun"];
 const DAYS_WANTED: &str = "days such as \"mon\", \"tue-fri\" or \"daily\", or a list of them";
@@ -16,12 +18,9 @@ const MINUTES_A_DAY: u16 = 24 * 60;
 pub(super) fn calendar(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> CalendarSettings {
     let mut time_zone = "UTC".to_owned();
     if let Some(text) = reader.text("time_zone") {
-        match jiff::tz::TimeZone::get(text.value) {
+        match zone::time_zone(text.value) {
             Ok(_) => time_zone = text.value.to_owned(),
-            Err(_) => {
-                let message = format!("the time zone database has no \"{}\"", text.value);
-                reader.report_value(text.span, message, zone_help(text.value));
-            }
+            Err(error) => reader.report_value(text.span, error.to_string(), zone_help(text.value)),
         }
     }
     let mut closed = Vec::new();
@@ -32,15 +31,32 @@ pub(super) fn calendar(mut reader: TableReader<'_>, problems: &mut Vec<Problem>)
     }
     closed.sort_unstable();
     closed.dedup();
+    if closed_spans(&closed).len() > MAX_CLOSED {
+        let message = format!("more than {MAX_CLOSED} separate spans of closed days");
+        reader.report_value(
+            reader.span(),
+            message,
+            "close whole weekdays by leaving them out of the schedule",
+        );
+    }
     reader.finish(problems);
     CalendarSettings { time_zone, closed }
 }
 
+/// First and last days of the spans that `days`, in their order, make up.
+pub(crate) fn closed_spans(days: &[Date]) -> Vec<(Date, Date)> {
+    let mut spans: Vec<(Date, Date)> = Vec::new();
+    for &day in days {
+        match spans.last_mut() {
+            Some((_, last)) if last.tomorrow().ok() == Some(day) => *last = day,
+            _ => spans.push((day, day)),
+        }
+    }
+    spans
+}
+
 fn zone_help(wrong: &str) -> String {
-    let names: Vec<String> = jiff::tz::db().available().map(|name| name.as_str().to_owned()).collect();
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    // Names are compared in lower case, so the places are compared as they are written by most.
-    match super::reader::closest(wrong, &names) {
+    match zone::closest_name(wrong).filter(|name| *name != wrong) {
         Some(name) => format!("did you mean \"{name}\"? Names are those of the IANA database"),
         None => "give a name of the IANA database, such as \"Europe/Berlin\"".to_owned(),
     }
@@ -60,7 +76,9 @@ pub(super) fn schedule_rule(mut reader: TableReader<'_>, problems: &mut Vec<Prob
         let message = format!("the rule ends on {last}, before it begins on {first}");
         reader.report_value(reader.span(), message, "swap `first` and `last`");
     }
-    if from.value == to.value {
+    if from.value == MINUTES_A_DAY {
+        reader.report_value(from.span, "a rule cannot begin at \"24:00\"".to_owned(), "write \"00:00\"");
+    } else if from.value == to.value {
         let message = "the rule ends when it begins".to_owned();
         reader.report_value(to.span.clone(), message, "for a whole day, leave `from` and `to` out");
     }
@@ -159,7 +177,8 @@ fn date(reader: &mut TableReader<'_>, key: &str, value: &Spanned<DeValue<'_>>) -
             return None;
         }
     };
-    let date = text.parse::<Date>().ok().filter(|_| text.len() == 10);
+    let date =
+        text.parse::<Date>().ok().filter(|date| text.len() == 10 && (1970..=2199).contains(&date.year()));
     if date.is_none() {
         let help = "write year-month-day, such as \"2026-12-25\"";
         reader.report_value(value.span(), format!("`{key}` is \"{text}\", which is no date"), help);
@@ -178,6 +197,15 @@ mod tests {
         assert_eq!(day_range("daily").map(|days| days.len()), Some(7));
         assert_eq!(day_range("tu"), None);
         assert_eq!(day_range("mon-"), None);
+    }
+
+    #[test]
+    fn closed_days_in_a_row_are_one_span() {
+        let day = |day| jiff::civil::date(2026, 12, day);
+        assert_eq!(
+            closed_spans(&[day(24), day(25), day(26), day(31)]),
+            [(day(24), day(26)), (day(31), day(31))]
+        );
     }
 
     #[test]

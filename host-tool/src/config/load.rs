@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use toml::de::{DeTable, DeValue};
+use vitrine_exhibit::plan::calendar::MAX_RULES;
 
 use super::exhibit::Exhibit;
 use super::problem::{ConfigError, Problem};
@@ -74,6 +75,11 @@ fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Vec<Problem>) -> 
     for rule in entries(&mut reader, "schedule") {
         schedule
             .push(calendar::schedule_rule(TableReader::new("[[schedule]]", Some(rule.1), rule.0), problems));
+    }
+    if schedule.len() > MAX_RULES {
+        let message = format!("there are more than {MAX_RULES} [[schedule]] rules");
+        let help = format!("the controller's plan holds {MAX_RULES}: a rule may name several days");
+        reader.report(Problem::new("config::too_many_rules", 0..0, message, "", help));
     }
     let views = tables::views(entries(&mut reader, "view"), folder, problems);
     if views.is_empty() && !root.contains_key("view") {

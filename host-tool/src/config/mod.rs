@@ -6,16 +6,21 @@
 mod calendar;
 mod exhibit;
 mod load;
+mod plan;
 mod problem;
 mod reader;
+mod request;
 mod tables;
+mod zone;
 
 pub use exhibit::{
     CalendarSettings, DesignSettings, Exhibit, FrameSetting, LampSettings, LimitSettings, MethodSetting,
     OpticsSetting, PrintSettings, ScheduleRule, StackSettings, ToneSetting, ViewSettings, ViewerSettings,
 };
 pub use load::{load, parse};
+pub use plan::emphasis;
 pub use problem::{ConfigError, Problem};
+pub use zone::{ZoneError, time_zone};
 
 #[cfg(test)]
 mod tests;

@@ -5,6 +5,9 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
+use vitrine_exhibit::limits;
+use vitrine_exhibit::plan::{MAX_CURVE, MAX_VIEWS};
+use vitrine_exhibit::units::{Dose, Irradiance, Milliseconds};
 
 use super::exhibit::{
     DesignSettings, FrameSetting, LampSettings, LimitSettings, MethodSetting, OpticsSetting, PrintSettings,
@@ -12,6 +15,7 @@ use super::exhibit::{
 };
 use super::problem::Problem;
 use super::reader::{Bounds, TableReader, as_number, as_whole};
+use crate::picture::Picture;
 
 /// The most values a volume may have, per colour: 2 GiB as 16-bit RGB.
 const MOST_VOXELS: u64 = 360_000_000;
@@ -156,7 +160,7 @@ pub(super) fn views(
     let mut seen = HashMap::new();
     let mut views = Vec::new();
     for (index, (span, table)) in entries.into_iter().enumerate() {
-        if index == vitrine_exhibit::plan::MAX_VIEWS {
+        if index == MAX_VIEWS {
             let message = format!("there are more than {index} views");
             let help = format!("the controller's plan holds {index} views: leave the rest out");
             problems.push(Problem::new(
@@ -229,13 +233,13 @@ fn view_pattern(reader: &mut TableReader<'_>, folder: &Path) -> Option<PathBuf> 
     };
     let path = PathBuf::from(text.value);
     let found = folder.join(&path);
-    if let Err(error) = crate::build_folder::look_at_picture(&found) {
+    if let Err(error) = Picture::read(&found) {
         reader.report(Problem::new(
             "config::bad_picture",
             text.span,
-            format!("cannot use the picture {}: {error}", found.display()),
+            error.to_string(),
             "this picture",
-            "give the path of a PNG, JPEG, TIFF or WebP picture, relative to exhibit.toml",
+            "give the path of a whole PNG, JPEG, TIFF or WebP picture, relative to exhibit.toml",
         ));
         return None;
     }
@@ -289,18 +293,31 @@ pub(super) fn print(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) ->
 
 /// `[lamps]`.
 pub(super) fn lamps(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> LampSettings {
-    let irradiance = bounds(0.01, 50.0, "the sense resistors hold a lamp to 50 W/m2");
-    let ceiling = bounds(0.01, 20.0, "the firmware cuts above 20 W/m2");
+    let (hardware, firmware) = (watts(limits::HARDWARE_CEILING), watts(limits::CEILING));
+    let irradiance = bounds(0.01, hardware, "the sense resistors hold a lamp to 50 W/m2");
+    let ceiling = bounds(0.01, firmware, "the firmware cuts above 20 W/m2");
     let settings = LampSettings {
         irradiance_w_m2: reader.number("irradiance_w_m2", 10.0, irradiance),
-        ceiling_w_m2: reader.number("ceiling_w_m2", 20.0, ceiling),
+        ceiling_w_m2: reader.number("ceiling_w_m2", 10.0, ceiling),
         calibration: calibration(&mut reader),
     };
     reader.finish(problems);
     settings
 }
 
-/// `calibration = [[duty, level], ...]`, rising in both.
+fn watts(irradiance: Irradiance) -> f64 {
+    f64::from(irradiance.0) / 1000.0
+}
+
+fn joules(dose: Dose) -> f64 {
+    dose.0 as f64 / 1e6
+}
+
+fn seconds(time: Milliseconds) -> f64 {
+    f64::from(time.0) / 1000.0
+}
+
+/// `calibration = [[duty, level], ...]`, rising in both from nothing to full level.
 fn calibration(reader: &mut TableReader<'_>) -> Vec<[f64; 2]> {
     const WANTED: &str = "pairs of duty and level: [[0.0, 0.0], [0.5, 0.46], [1.0, 1.0]]";
     let Some(items) = reader.array("calibration", WANTED) else { return Vec::new() };
@@ -314,34 +331,30 @@ fn calibration(reader: &mut TableReader<'_>) -> Vec<[f64; 2]> {
             reader.report_type("calibration", item, WANTED);
             return Vec::new();
         };
-        if pair.iter().any(|value| !(0.0..=1.0).contains(value))
-            || points.last().is_some_and(|last| pair[0] <= last[0] || pair[1] < last[1])
-        {
-            let message = "`calibration` in [lamps] does not rise within 0 to 1".to_owned();
-            reader.report_value(item.span(), message, format!("give {WANTED}"));
-            return Vec::new();
-        }
         points.push(pair);
+    }
+    let from_nothing = points.first().is_none_or(|first| *first == [0.0, 0.0]);
+    let to_full_level = points.last().is_none_or(|last| last[1] == 1.0 && last[0] <= 1.0);
+    // A level is kept in 16 bits: nearer points would fall together.
+    let rising = points.windows(2).all(|pair| (0..2).all(|axis| pair[1][axis] - pair[0][axis] > 1e-4));
+    if points.len() == 1 || points.len() > MAX_CURVE || !(from_nothing && to_full_level && rising) {
+        let message = "`calibration` in [lamps] does not rise from [0, 0] to level 1".to_owned();
+        reader.report_value(reader.span(), message, format!("give 2 to {MAX_CURVE} {WANTED}"));
+        return Vec::new();
     }
     points
 }
 
-/// `[limits]`.
+/// `[limits]`: never more than the firmware's own.
 pub(super) fn limits(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> LimitSettings {
-    let life = bounds(1.0, 1e9, "10 MJ/m2 is the default until a coupon test says otherwise");
+    const KINDER: &str = "the firmware's own limit is the most; a plan may only ask for less";
+    let (day, life) = (joules(limits::DAILY_DOSE), joules(limits::LIFE_DOSE));
+    let (continuous, rest) = (seconds(limits::CONTINUOUS), seconds(limits::REST));
     let settings = LimitSettings {
-        daily_dose_j_m2: reader.number(
-            "daily_dose_j_m2",
-            30_000.0,
-            bounds(1.0, 1e6, "30 kJ/m2 is the default; a day at 10 W/m2 is 288 kJ/m2"),
-        ),
-        life_dose_j_m2: reader.number("life_dose_j_m2", 1e7, life),
-        continuous_s: reader.number(
-            "continuous_s",
-            600.0,
-            bounds(1.0, 86_400.0, "LEDs live longer with rests"),
-        ),
-        rest_s: reader.number("rest_s", 60.0, bounds(0.0, 86_400.0, "LEDs live longer with rests")),
+        daily_dose_j_m2: reader.number("daily_dose_j_m2", day, bounds(1.0, day, KINDER)),
+        life_dose_j_m2: reader.number("life_dose_j_m2", life, bounds(1.0, life, KINDER)),
+        continuous_s: reader.number("continuous_s", continuous, bounds(1.0, continuous, KINDER)),
+        rest_s: reader.number("rest_s", rest, bounds(rest, 86_400.0, "LEDs live longer with rests")),
     };
     if settings.daily_dose_j_m2 > settings.life_dose_j_m2 {
         let message = "the dose of a day is more than the dose of the stack's life".to_owned();

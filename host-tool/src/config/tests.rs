@@ -115,13 +115,24 @@ fn wrong_values_are_shown_where_they_stand() {
         ("[calendar]\nclosed = [\"2026-02-30\"]", "config::bad_value", "\"2026-02-30\""),
         ("[[schedule]]\ndays = \"someday\"", "config::bad_value", "\"someday\""),
         ("[[schedule]]\nfrom = \"25:00\"", "config::bad_value", "\"25:00\""),
-        ("[lamps]\ncalibration = [[0.0, 0.0], [0.0, 1.0]]", "config::bad_value", "[0.0, 1.0]"),
+        ("[lamps]\ncalibration = [1]", "config::wrong_type", "1"),
         ("[print]\npaper = \"A9\"", "config::bad_value", "\"A9\""),
         ("stack = 3", "config::wrong_type", "3"),
         ("[exhibit]\nname = \"\"", "config::bad_value", "\"\""),
     ] {
         let found = problem(text);
         assert_eq!((found.0, found.1.as_str()), (code, covered), "{found:?}");
+    }
+}
+
+#[test]
+fn a_calibration_rises_from_nothing_to_full_level() {
+    let exhibit = |points: &str| read(&format!("[lamps]\ncalibration = {points}\n{VIEW}"));
+    assert_eq!(exhibit("[[0, 0], [0.5, 0.46], [0.9, 1]]").unwrap().lamps.calibration.len(), 3);
+    for wrong in
+        ["[[0, 0]]", "[[0, 0], [0, 1]]", "[[0.1, 0], [1, 1]]", "[[0, 0], [1, 0.9]]", "[[0, 0], [nan, 1]]"]
+    {
+        assert!(exhibit(wrong).is_err(), "{wrong}");
     }
 }
 

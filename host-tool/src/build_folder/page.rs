@@ -1,0 +1,159 @@
+//! `report.html`: the page to look at, one file that needs no other.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::report::{Report, ViewReport};
+use crate::config::Exhibit;
+
+const STYLE: &str = include_str!("page.css");
+
+/// The pictures of one view as PNG files.
+pub(super) struct ViewPictures {
+    pub(super) pattern: Vec<u8>,
+    pub(super) shown: Vec<u8>,
+}
+
+/// Writes the page of a design.
+pub(super) fn page(exhibit: &Exhibit, report: &Report, pictures: &[ViewPictures]) -> String {
+    let markup = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (report.name) " - Vitrine" }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                main {
+                    h1 { (report.name) }
+                    p { (stack_in_words(exhibit)) }
+                    h2 { "Views" }
+                    div class="views" {
+                        @for (view, pictures) in report.views.iter().zip(pictures) { (view_section(view, pictures)) }
+                    }
+                    h2 { "Quality" }
+                    (figures_table(report))
+                    h2 { "Lamps" }
+                    (lamp_table(report))
+                }
+                footer { "Designed with Vitrine " (report.vitrine) "." }
+            }
+        }
+    };
+    markup.into_string()
+}
+
+fn stack_in_words(exhibit: &Exhibit) -> String {
+    let stack = &exhibit.stack;
+    let [width, height] = stack.pixels;
+    let viewer = match exhibit.viewer.distance_mm {
+        Some(distance_mm) => format!("seen from {distance_mm} mm"),
+        None => "seen from far away".to_owned(),
+    };
+    format!(
+        "{} films of {width} x {height} pixels, {} mm wide, {:.2} mm apart, {viewer}.",
+        stack.films,
+        stack.width_mm,
+        stack.film_pitch_mm()
+    )
+}
+
+fn view_section(view: &ViewReport, pictures: &ViewPictures) -> Markup {
+    let direction = format!("{}° horizontal, {}° vertical", view.horizontal_deg, view.vertical_deg);
+    html! {
+        section {
+            h3 { (view.id) }
+            p { (direction) }
+            figure {
+                img src=(data_uri(&pictures.pattern)) alt={ "Pattern of view " (view.id) };
+                figcaption { "Pattern" }
+            }
+            figure {
+                img src=(data_uri(&pictures.shown)) alt={ "What the viewer of " (view.id) " sees" };
+                figcaption { "What the viewer sees" }
+            }
+        }
+    }
+}
+
+fn figures_table(report: &Report) -> Markup {
+    html! {
+        div class="wide" { table {
+            caption { "Of each view in the optics of the design, against its pattern" }
+            thead { tr {
+                th scope="col" { "View" }
+                th scope="col" { "PSNR" }
+                th scope="col" { "SSIM" }
+                th scope="col" { "Brightness" }
+                th scope="col" { "Contrast" }
+                th scope="col" { "Cross-talk" }
+            } }
+            tbody {
+                @for view in &report.views {
+                    tr {
+                        th scope="row" { (view.id) }
+                        td { (format!("{:.1} dB", view.quality.psnr_db)) }
+                        td { (format!("{:.3}", view.quality.ssim)) }
+                        td { (format!("{:.0} %", 100.0 * view.quality.efficiency)) }
+                        td { (format!("{:.1}", view.quality.contrast)) }
+                        td { (format!("{:+.2}", view.quality.cross_talk)) }
+                    }
+                }
+                tr {
+                    th scope="row" { "Mean" }
+                    td { (format!("{:.1} dB", report.mean_psnr_db)) }
+                    td { (format!("{:.3}", report.mean_ssim)) }
+                    td colspan="3" {}
+                }
+                tr {
+                    th scope="row" { "Least" }
+                    td { (format!("{:.1} dB", report.least_psnr_db)) }
+                    td { (format!("{:.3}", report.least_ssim)) }
+                    td colspan="3" {}
+                }
+            }
+        } }
+    }
+}
+
+fn lamp_table(report: &Report) -> Markup {
+    let level = |level: f64| format!("{:.0} %", 100.0 * level);
+    html! {
+        div class="wide" { table {
+            caption { "The lamp pair that shows each view at its best, and the quality behind the real films" }
+            thead { tr {
+                th scope="col" { "View" }
+                th scope="col" { "Top" }
+                th scope="col" { "Bottom" }
+                th scope="col" { "Under its own pair" }
+                th scope="col" { "Under the neutral pair" }
+                th scope="col" { "Both lamps full" }
+            } }
+            tbody {
+                @for view in &report.views {
+                    tr {
+                        th scope="row" { (view.id) }
+                        td { (level(view.emphasis.top)) }
+                        td { (level(view.emphasis.bottom)) }
+                        @for figures in [view.under_own_lamps, view.under_neutral_lamps, view.under_full_lamps] {
+                            td { (format!("{:.1} dB / {:.2}", figures.psnr_db, figures.ssim)) }
+                        }
+                    }
+                }
+                tr {
+                    th scope="row" { "Neutral" }
+                    td { (level(report.neutral.top)) }
+                    td { (level(report.neutral.bottom)) }
+                    td colspan="3" {}
+                }
+            }
+        } }
+    }
+}
+
+fn data_uri(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", STANDARD.encode(png))
+}

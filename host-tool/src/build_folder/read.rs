@@ -1,0 +1,137 @@
+//! Opens a build folder.
+
+use std::path::{Path, PathBuf};
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+use super::films::{FilmError, film_name, read_film};
+use super::manifest::{FORMAT, LAYOUT, Manifest};
+use crate::volume::Volume;
+
+/// Why a build cannot be used.
+#[derive(Debug, Error, Diagnostic)]
+pub enum OpenError {
+    /// The folder has no readable manifest.
+    #[error("{} is no build: its manifest.json cannot be read", folder.display())]
+    #[diagnostic(code("build::no_manifest"), help("name a folder that `vitrine design ... -o BUILD` has written"))]
+    NoManifest {
+        /// The folder.
+        folder: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The manifest is not one of a build.
+    #[error("{} is not the manifest of a build: {cause}", path.display())]
+    #[diagnostic(code("build::bad_manifest"), help("design the exhibit again into this folder"))]
+    BadManifest {
+        /// The manifest.
+        path: PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// A film cannot be read.
+    #[error("cannot use the film {}: {source}", path.display())]
+    #[diagnostic(code("build::bad_film"), help("design the exhibit again into this folder"))]
+    BadFilm {
+        /// The film.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: FilmError,
+    },
+    /// The plan cannot be read.
+    #[error("cannot read the plan {}", path.display())]
+    #[diagnostic(code("build::no_plan"), help("design the exhibit again into this folder"))]
+    NoPlan {
+        /// The plan.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}
+
+/// A build folder whose manifest has been read.
+#[derive(Clone, Debug)]
+pub struct BuildFolder {
+    path: PathBuf,
+    manifest: Manifest,
+}
+
+/// The films of a build.
+#[derive(Clone, Debug)]
+pub struct Films {
+    /// Their ink.
+    pub volume: Volume,
+    /// The names of those that are not as they were written.
+    pub changed: Vec<String>,
+}
+
+impl BuildFolder {
+    /// Opens the build at `path`.
+    ///
+    /// # Errors
+    /// Fails when there is no manifest of a build that this version reads.
+    pub fn open(path: &Path) -> Result<Self, OpenError> {
+        let manifest_path = path.join("manifest.json");
+        let text = std::fs::read_to_string(&manifest_path)
+            .map_err(|source| OpenError::NoManifest { folder: path.to_owned(), source })?;
+        let bad = |cause: String| OpenError::BadManifest { path: manifest_path.clone(), cause };
+        let marks: Marks = serde_json::from_str(&text).map_err(|error| bad(error.to_string()))?;
+        if marks.format != FORMAT {
+            return Err(bad(format!("its format is \"{}\", not \"{FORMAT}\"", marks.format)));
+        }
+        if marks.layout != LAYOUT {
+            return Err(bad(format!("its layout is {}, and this version reads {LAYOUT}", marks.layout)));
+        }
+        let manifest: Manifest = serde_json::from_str(&text).map_err(|error| bad(error.to_string()))?;
+        let stack = manifest.exhibit.film_stack();
+        stack.checked().map_err(|error| bad(error.to_string()))?;
+        Ok(Self { path: path.to_owned(), manifest })
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What went in and what came out.
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// Reads all films.
+    ///
+    /// # Errors
+    /// Fails at the first film that cannot be read or has another size than the stack.
+    pub fn films(&self) -> Result<Films, OpenError> {
+        let stack = self.manifest.exhibit.film_stack();
+        let mut volume = Volume::new(stack.films, stack.height_px, stack.width_px);
+        let mut changed = Vec::new();
+        for film in 0..stack.films {
+            let name = film_name(film);
+            let path = self.path.join(&name);
+            let hash = read_film(&mut volume, film, &path)
+                .map_err(|source| OpenError::BadFilm { path, source })?;
+            if self.manifest.outputs.get(&name).is_none_or(|written| *written != hash.to_hex().as_str()) {
+                changed.push(name);
+            }
+        }
+        Ok(Films { volume, changed })
+    }
+
+    /// Reads the plan as it is uploaded.
+    ///
+    /// # Errors
+    /// Fails when the file cannot be read.
+    pub fn plan_file(&self) -> Result<Vec<u8>, OpenError> {
+        let path = self.path.join("plan.bin");
+        std::fs::read(&path).map_err(|source| OpenError::NoPlan { path, source })
+    }
+}
+
+/// What tells whether the rest of a manifest can be read.
+#[derive(serde::Deserialize)]
+struct Marks {
+    format: String,
+    layout: u32,
+}

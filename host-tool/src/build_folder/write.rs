@@ -1,0 +1,212 @@
+//! Writes a build folder, whole or not at all.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use miette::Diagnostic;
+use rayon::prelude::*;
+use serde::Serialize;
+use thiserror::Error;
+
+use super::films;
+use super::manifest::{FORMAT, Manifest, portable_name};
+use super::page::{ViewPictures, page};
+use super::report::Report;
+use super::whole::WholeFolder;
+use crate::config::{Exhibit, ZoneError};
+use crate::design::{Design, DesignRequest};
+use crate::optics::LampPair;
+use crate::picture::Picture;
+use crate::volume::InkDepth;
+use vitrine_exhibit::plan::{Plan, PlanError, ValidPlan};
+
+/// Why a build cannot be written.
+#[derive(Debug, Error, Diagnostic)]
+pub enum BuildError {
+    /// Something else stands in the build's place.
+    #[error("{} is there already and is no build of vitrine", .0.display())]
+    #[diagnostic(
+        code("build::not_a_build"),
+        help("name another folder, or remove this one: only builds and empty folders are replaced")
+    )]
+    NotABuild(PathBuf),
+    /// A file cannot be written.
+    #[error("cannot write {}", path.display())]
+    #[diagnostic(
+        code("build::write"),
+        help("look at the disk's free space and the folder's permissions; nothing was left behind")
+    )]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// An input cannot be read again.
+    #[error("cannot read {}", path.display())]
+    #[diagnostic(code("build::input"), help("leave the inputs in their place while they are read"))]
+    Input {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A picture cannot be encoded.
+    #[error("cannot encode a picture: {0}")]
+    #[diagnostic(code("build::encode"), help("this is a fault of vitrine: please report it with the exhibit.toml"))]
+    Encode(#[from] png::EncodingError),
+    /// A file cannot be put into JSON.
+    #[error("cannot write JSON: {0}")]
+    #[diagnostic(code("build::encode"), help("this is a fault of vitrine: please report it with the exhibit.toml"))]
+    Json(#[from] serde_json::Error),
+    /// The plan is longer than a controller takes.
+    #[error("the plan does not fit into a controller")]
+    #[diagnostic(code("build::plan_size"), help("use fewer views, schedule rules or closed days"))]
+    PlanSize,
+    /// The controller would refuse the plan.
+    #[error("the controller would refuse this plan: {0}")]
+    #[diagnostic(code("build::plan"), help("mend what it names in exhibit.toml"))]
+    Plan(#[from] PlanError),
+    /// The time zone is unknown.
+    #[error(transparent)]
+    #[diagnostic(code("build::zone"), help("give a name of the IANA database in [calendar]"))]
+    Zone(#[from] ZoneError),
+}
+
+/// Looks whether a build may be put at `place`: where nothing is, an empty folder, or another build.
+///
+/// # Errors
+/// Fails when anything else is there.
+pub fn check_place(place: &Path) -> Result<(), BuildError> {
+    if place.symlink_metadata().is_err() {
+        return Ok(());
+    }
+    let empty = std::fs::read_dir(place).is_ok_and(|mut entries| entries.next().is_none());
+    if empty || is_build(place) { Ok(()) } else { Err(BuildError::NotABuild(place.to_owned())) }
+}
+
+fn is_build(place: &Path) -> bool {
+    let Ok(text) = std::fs::read_to_string(place.join("manifest.json")) else { return false };
+    let manifest: Option<serde_json::Value> = serde_json::from_str(&text).ok();
+    manifest.is_some_and(|manifest| manifest.get("format").is_some_and(|format| format == FORMAT))
+}
+
+/// Writes the build of `design`, made from the exhibit.toml at `exhibit_path`, to `place`, whole or not at all.
+///
+/// # Errors
+/// Fails when `place` is taken by something else and when anything cannot be written; then `place` is as it was.
+pub fn write(
+    place: &Path,
+    exhibit_path: &Path,
+    exhibit: &Exhibit,
+    request: &DesignRequest,
+    design: &Design,
+) -> Result<Report, BuildError> {
+    check_place(place)?;
+    let depth = request.settings.ink_depth;
+    let report = Report::new(exhibit, design);
+    let mut files = BTreeMap::new();
+    for (index, film) in films::encode(&design.volume, depth)?.into_iter().enumerate() {
+        files.insert(films::film_name(index), film);
+    }
+    let pictures = view_pictures(request, design)?;
+    let plan = plan_of(exhibit, design, depth)?;
+    files.insert("plan.json".to_owned(), json(&plan)?);
+    files.insert("plan.bin".to_owned(), plan_file(&plan)?);
+    files.insert("report.json".to_owned(), json(&report)?);
+    files.insert("report.html".to_owned(), page(exhibit, &report, &pictures).into_bytes());
+    for (view, pictures) in design.views.iter().zip(pictures) {
+        files.insert(format!("views/{}.png", view.id), pictures.shown);
+        files.insert(format!("views/{}.target.png", view.id), pictures.pattern);
+    }
+    let manifest = manifest(exhibit_path, exhibit, depth, &files)?;
+    files.insert("manifest.json".to_owned(), json(&manifest)?);
+    write_files(place, &files)?;
+    Ok(report)
+}
+
+fn write_files(place: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<(), BuildError> {
+    let at = |path: PathBuf| move |source| BuildError::Write { path, source };
+    let folder = WholeFolder::beside(place).map_err(at(place.to_owned()))?;
+    files
+        .par_iter()
+        .try_for_each(|(name, bytes)| folder.write(name, bytes).map_err(at(place.join(name))))?;
+    check_place(place)?;
+    folder.commit().map_err(at(place.to_owned()))
+}
+
+fn view_pictures(request: &DesignRequest, design: &Design) -> Result<Vec<ViewPictures>, BuildError> {
+    request
+        .views
+        .iter()
+        .zip(&design.views)
+        .map(|(view, designed)| {
+            Ok(ViewPictures { pattern: encode_srgb(&view.pattern)?, shown: encode_srgb(&designed.shown)? })
+        })
+        .collect()
+}
+
+/// A picture of sRGB code values as a PNG that says so.
+fn encode_srgb(picture: &Picture) -> Result<Vec<u8>, png::EncodingError> {
+    encode_rgb8(picture, |info| info.set_source_srgb(png::SrgbRenderingIntent::Perceptual))
+}
+
+/// A picture as an 8-bit PNG whose header `describe` completes.
+pub(super) fn encode_rgb8(
+    picture: &Picture,
+    describe: impl FnOnce(&mut png::Encoder<'_, &mut Vec<u8>>),
+) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, picture.width() as u32, picture.height() as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    describe(&mut encoder);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&picture.rgb8())?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+fn plan_of(exhibit: &Exhibit, design: &Design, depth: InkDepth) -> Result<Plan, BuildError> {
+    let emphases: Vec<LampPair> = design.views.iter().map(|view| view.emphasis).collect();
+    let plan = exhibit.plan(&emphases, design.neutral, design.volume.blake3(depth))?;
+    ValidPlan::new(plan.clone())?;
+    Ok(plan)
+}
+
+/// The plan as it is uploaded.
+fn plan_file(plan: &Plan) -> Result<Vec<u8>, BuildError> {
+    let mut bytes = vec![0; vitrine_protocol::plan_file::MAX_PLAN_BYTES];
+    let used = vitrine_protocol::plan_file::encode(plan, &mut bytes).ok_or(BuildError::PlanSize)?.len();
+    bytes.truncate(used);
+    Ok(bytes)
+}
+
+fn manifest(
+    exhibit_path: &Path,
+    exhibit: &Exhibit,
+    depth: InkDepth,
+    files: &BTreeMap<String, Vec<u8>>,
+) -> Result<Manifest, BuildError> {
+    let bits = match depth {
+        InkDepth::Eight => 8,
+        InkDepth::Sixteen => 16,
+    };
+    let mut manifest = Manifest::new(exhibit, bits);
+    let folder = exhibit_path.parent().unwrap_or(Path::new(""));
+    let mut inputs: Vec<(String, PathBuf)> =
+        exhibit.views.iter().map(|view| (portable_name(&view.pattern), folder.join(&view.pattern))).collect();
+    inputs.push(("exhibit.toml".to_owned(), exhibit_path.to_owned()));
+    for (name, path) in inputs {
+        let bytes = std::fs::read(&path).map_err(|source| BuildError::Input { path, source })?;
+        manifest.inputs.insert(name, blake3::hash(&bytes).to_hex().to_string());
+    }
+    manifest.outputs = files.iter().map(|(name, bytes)| (name.clone(), blake3::hash(bytes).to_hex().to_string())).collect();
+    Ok(manifest)
+}
+
+fn json(value: &impl Serialize) -> Result<Vec<u8>, serde_json::Error> {
+    let mut bytes = serde_json::to_vec_pretty(value)?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}

@@ -1,0 +1,178 @@
+//! From an exhibit and its design to the plan that the controller keeps.
+
+use heapless::{String, Vec};
+use jiff::civil;
+use vitrine_exhibit::plan::calendar::{self, Calendar, ClosedDays, MinuteOfDay, Weekdays};
+use vitrine_exhibit::plan::{
+    CurvePoint, Emphasis, LampCalibration, Limits, Plan, PresenceSettings, View, ViewerSettings, VolumeMetadata,
+};
+use vitrine_exhibit::units::{CentiDegrees, Dose, Irradiance, Level, Milliseconds, PerLamp};
+
+use super::calendar::closed_spans;
+use super::exhibit::{Exhibit, ScheduleRule};
+use super::zone::{ZoneError, time_zone};
+use crate::optics::LampPair;
+
+impl Exhibit {
+    /// The plan of this exhibit: `emphases` are the views' lamp pairs in their order, `neutral` the pair for nobody
+    /// in particular, and `volume_blake3` names the printed volume.
+    ///
+    /// # Errors
+    /// Fails when the time zone is unknown, which a file that was read does not have.
+    pub fn plan(
+        &self,
+        emphases: &[LampPair],
+        neutral: LampPair,
+        volume_blake3: [u8; 32],
+    ) -> Result<Plan, ZoneError> {
+        let lamp = self.lamp_calibration();
+        Ok(Plan {
+            name: shortened(&self.name),
+            volume: self.volume_metadata(volume_blake3),
+            views: self.plan_views(emphases),
+            neutral: emphasis(neutral),
+            lamps: PerLamp::new(lamp.clone(), lamp),
+            limits: self.plan_limits(),
+            viewer: ViewerSettings::default(),
+            presence: PresenceSettings::default(),
+            calendar: self.plan_calendar()?,
+        })
+    }
+
+    /// The calendar of this exhibit, by which `vitrine check` previews what the controller will keep.
+    ///
+    /// # Errors
+    /// Fails when the time zone is unknown.
+    pub fn plan_calendar(&self) -> Result<Calendar, ZoneError> {
+        let closed = closed_spans(&self.calendar.closed);
+        Ok(Calendar {
+            time_zone: time_zone(&self.calendar.time_zone)?,
+            rules: self.schedule.iter().map(plan_rule).collect(),
+            closed: closed.iter().map(|span| ClosedDays { first: date(span.0), last: date(span.1) }).collect(),
+        })
+    }
+
+    /// What the controller may give the stack.
+    pub fn plan_limits(&self) -> Limits {
+        Limits {
+            ceiling: irradiance(self.lamps.ceiling_w_m2),
+            daily_dose: dose(self.limits.daily_dose_j_m2),
+            life_dose: dose(self.limits.life_dose_j_m2),
+            continuous: milliseconds(self.limits.continuous_s),
+            rest: milliseconds(self.limits.rest_s),
+        }
+    }
+
+    fn plan_views(&self, emphases: &[LampPair]) -> Vec<View, { vitrine_exhibit::plan::MAX_VIEWS }> {
+        let pairs = self.views.iter().zip(emphases);
+        pairs
+            .map(|(view, pair)| View {
+                id: shortened(&view.id),
+                horizontal: centi_degrees(view.horizontal_deg),
+                vertical: centi_degrees(view.vertical_deg),
+                emphasis: emphasis(*pair),
+            })
+            .collect()
+    }
+
+    fn volume_metadata(&self, blake3: [u8; 32]) -> VolumeMetadata {
+        let micrometres = |millimetres: f64| (millimetres * 1000.0).round() as u32;
+        VolumeMetadata {
+            films: self.stack.films as u16,
+            width_px: self.stack.pixels[0],
+            height_px: self.stack.pixels[1],
+            width_um: micrometres(self.stack.width_mm),
+            film_pitch_um: micrometres(self.stack.film_pitch_mm()),
+            blake3,
+        }
+    }
+
+    fn lamp_calibration(&self) -> LampCalibration {
+        let curve = self.lamps.calibration.iter();
+        LampCalibration {
+            full_level: irradiance(self.lamps.irradiance_w_m2),
+            curve: curve.map(|[duty, part]| CurvePoint { level: level(*part), duty: level(*duty).0 }).collect(),
+            ..LampCalibration::default()
+        }
+    }
+}
+
+fn plan_rule(rule: &ScheduleRule) -> calendar::ScheduleRule {
+    let days = rule.days.iter().enumerate().map(|(day, holds)| u8::from(*holds) << day).sum();
+    calendar::ScheduleRule {
+        days: Weekdays(days),
+        from: MinuteOfDay(rule.from_minute),
+        to: MinuteOfDay(rule.to_minute),
+        first: rule.first.map(date),
+        last: rule.last.map(date),
+        level: level(rule.level),
+    }
+}
+
+fn date(date: civil::Date) -> calendar::Date {
+    calendar::Date { year: date.year() as u16, month: date.month() as u8, day: date.day() as u8 }
+}
+
+/// A lamp pair in the plan's units.
+pub fn emphasis(pair: LampPair) -> Emphasis {
+    PerLamp::new(level(pair.top), level(pair.bottom))
+}
+
+fn level(part: f64) -> Level {
+    Level((part.clamp(0.0, 1.0) * f64::from(u16::MAX)).round() as u16)
+}
+
+fn centi_degrees(degrees: f64) -> CentiDegrees {
+    CentiDegrees((degrees * 100.0).round() as i16)
+}
+
+fn irradiance(w_m2: f64) -> Irradiance {
+    Irradiance((w_m2 * 1000.0).round() as u32)
+}
+
+fn dose(j_m2: f64) -> Dose {
+    Dose((j_m2 * 1e6).round() as u64)
+}
+
+fn milliseconds(seconds: f64) -> Milliseconds {
+    Milliseconds((seconds * 1000.0).round() as u32)
+}
+
+/// As much of `text` as fits, whole characters only.
+fn shortened<const N: usize>(text: &str) -> String<N> {
+    let mut short = String::new();
+    for character in text.chars() {
+        if short.push(character).is_err() {
+            break;
+        }
+    }
+    short
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::parse;
+    use vitrine_exhibit::plan::ValidPlan;
+
+    #[test]
+    fn a_plan_from_exhibit_toml_is_one_the_controller_takes() {
+        let text = "\
+            [exhibit]\nname = \"Nächte\"\n\
+            [[view]]\nid = \"right\"\npattern = \"photos/cat.jpg\"\nhorizontal_deg = 29.996\n\
+            [[schedule]]\ndays = [\"mon-wed\", \"sun\"]\nfrom = \"22:00\"\nto = \"02:00\"\nlevel = 0.5\n\
+            [lamps]\ncalibration = [[0, 0], [0.25, 0.5], [1, 1]]\n\
+            [calendar]\ntime_zone = \"Europe/Berlin\"\nclosed = [\"2026-12-25\", \"2026-12-24\"]\n";
+        let exhibit = parse(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("exhibit.toml"), text).unwrap();
+        let plan = exhibit.plan(&[LampPair::new(1.0, 0.5)], LampPair::FULL, [7; 32]).unwrap();
+        assert_eq!(plan.name, "Nächte");
+        assert_eq!(plan.views[0].horizontal, CentiDegrees(3000));
+        assert_eq!(plan.views[0].emphasis, PerLamp::new(Level::FULL, Level(32_768)));
+        assert_eq!(plan.calendar.rules[0].days, Weekdays(0b100_0111));
+        assert_eq!((plan.calendar.rules[0].from.0, plan.calendar.rules[0].to.0), (1320, 120));
+        assert_eq!(plan.calendar.closed.len(), 1);
+        assert_eq!(plan.lamps.top.curve[1], CurvePoint { level: Level(32_768), duty: 16_384 });
+        assert_eq!(plan.volume.width_um, 35_000);
+        assert!(ValidPlan::new(plan).is_ok());
+    }
+}
