@@ -63,7 +63,10 @@ pub(super) fn decode(volume: &mut Volume, film: usize, bytes: &[u8]) -> Result<(
     let info = reader.info();
     let (width, height) = (volume.width(), volume.height());
     if (info.width as usize, info.height as usize) != (width, height) {
-        return Err(FilmError::Kind(format!("{width} x {height} pixels, but {} x {}", info.width, info.height)));
+        return Err(FilmError::Kind(format!(
+            "{width} x {height} pixels, but {} x {}",
+            info.width, info.height
+        )));
     }
     let size = reader.output_buffer_size().ok_or_else(|| FilmError::Kind("small enough".to_owned()))?;
     let mut samples = vec![0; size];

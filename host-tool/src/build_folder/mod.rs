@@ -9,6 +9,7 @@
 //! ```
 
 mod films;
+mod look;
 mod manifest;
 mod page;
 mod read;
@@ -17,6 +18,7 @@ mod whole;
 mod write;
 
 pub use films::{FilmError, film_name};
+pub use look::{Look, LookRequest, look, look_png};
 pub use manifest::{FORMAT, LAYOUT, Manifest};
 pub use read::{BuildFolder, Films, OpenError};
 pub use report::{Figures, Report, ViewReport};

@@ -14,7 +14,10 @@ use crate::volume::Volume;
 pub enum OpenError {
     /// The folder has no readable manifest.
     #[error("{} is no build: its manifest.json cannot be read", folder.display())]
-    #[diagnostic(code("build::no_manifest"), help("name a folder that `vitrine design ... -o BUILD` has written"))]
+    #[diagnostic(
+        code("vitrine::build::no_manifest"),
+        help("name a folder that `vitrine design ... -o BUILD` has written")
+    )]
     NoManifest {
         /// The folder.
         folder: PathBuf,
@@ -23,7 +26,7 @@ pub enum OpenError {
     },
     /// The manifest is not one of a build.
     #[error("{} is not the manifest of a build: {cause}", path.display())]
-    #[diagnostic(code("build::bad_manifest"), help("design the exhibit again into this folder"))]
+    #[diagnostic(code("vitrine::build::bad_manifest"), help("design the exhibit again into this folder"))]
     BadManifest {
         /// The manifest.
         path: PathBuf,
@@ -32,7 +35,7 @@ pub enum OpenError {
     },
     /// A film cannot be read.
     #[error("cannot use the film {}: {source}", path.display())]
-    #[diagnostic(code("build::bad_film"), help("design the exhibit again into this folder"))]
+    #[diagnostic(code("vitrine::build::bad_film"), help("design the exhibit again into this folder"))]
     BadFilm {
         /// The film.
         path: PathBuf,
@@ -41,7 +44,7 @@ pub enum OpenError {
     },
     /// The plan cannot be read.
     #[error("cannot read the plan {}", path.display())]
-    #[diagnostic(code("build::no_plan"), help("design the exhibit again into this folder"))]
+    #[diagnostic(code("vitrine::build::no_plan"), help("design the exhibit again into this folder"))]
     NoPlan {
         /// The plan.
         path: PathBuf,
@@ -110,8 +113,8 @@ impl BuildFolder {
         for film in 0..stack.films {
             let name = film_name(film);
             let path = self.path.join(&name);
-            let hash = read_film(&mut volume, film, &path)
-                .map_err(|source| OpenError::BadFilm { path, source })?;
+            let hash =
+                read_film(&mut volume, film, &path).map_err(|source| OpenError::BadFilm { path, source })?;
             if self.manifest.outputs.get(&name).is_none_or(|written| *written != hash.to_hex().as_str()) {
                 changed.push(name);
             }

@@ -26,14 +26,14 @@ pub enum BuildError {
     /// Something else stands in the build's place.
     #[error("{} is there already and is no build of vitrine", .0.display())]
     #[diagnostic(
-        code("build::not_a_build"),
+        code("vitrine::build::not_a_build"),
         help("name another folder, or remove this one: only builds and empty folders are replaced")
     )]
     NotABuild(PathBuf),
     /// A file cannot be written.
     #[error("cannot write {}", path.display())]
     #[diagnostic(
-        code("build::write"),
+        code("vitrine::build::write"),
         help("look at the disk's free space and the folder's permissions; nothing was left behind")
     )]
     Write {
@@ -44,7 +44,7 @@ pub enum BuildError {
     },
     /// An input cannot be read again.
     #[error("cannot read {}", path.display())]
-    #[diagnostic(code("build::input"), help("leave the inputs in their place while they are read"))]
+    #[diagnostic(code("vitrine::build::input"), help("leave the inputs in their place while they are read"))]
     Input {
         /// The file.
         path: PathBuf,
@@ -53,23 +53,29 @@ pub enum BuildError {
     },
     /// A picture cannot be encoded.
     #[error("cannot encode a picture: {0}")]
-    #[diagnostic(code("build::encode"), help("this is a fault of vitrine: please report it with the exhibit.toml"))]
+    #[diagnostic(
+        code("vitrine::build::encode"),
+        help("this is a fault of vitrine: please report it with the exhibit.toml")
+    )]
     Encode(#[from] png::EncodingError),
     /// A file cannot be put into JSON.
     #[error("cannot write JSON: {0}")]
-    #[diagnostic(code("build::encode"), help("this is a fault of vitrine: please report it with the exhibit.toml"))]
+    #[diagnostic(
+        code("vitrine::build::encode"),
+        help("this is a fault of vitrine: please report it with the exhibit.toml")
+    )]
     Json(#[from] serde_json::Error),
     /// The plan is longer than a controller takes.
     #[error("the plan does not fit into a controller")]
-    #[diagnostic(code("build::plan_size"), help("use fewer views, schedule rules or closed days"))]
+    #[diagnostic(code("vitrine::build::plan_size"), help("use fewer views, schedule rules or closed days"))]
     PlanSize,
     /// The controller would refuse the plan.
     #[error("the controller would refuse this plan: {0}")]
-    #[diagnostic(code("build::plan"), help("mend what it names in exhibit.toml"))]
+    #[diagnostic(code("vitrine::build::plan"), help("mend what it names in exhibit.toml"))]
     Plan(#[from] PlanError),
     /// The time zone is unknown.
     #[error(transparent)]
-    #[diagnostic(code("build::zone"), help("give a name of the IANA database in [calendar]"))]
+    #[diagnostic(code("vitrine::build::zone"), help("give a name of the IANA database in [calendar]"))]
     Zone(#[from] ZoneError),
 }
 
@@ -128,9 +134,7 @@ pub fn write(
 fn write_files(place: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<(), BuildError> {
     let at = |path: PathBuf| move |source| BuildError::Write { path, source };
     let folder = WholeFolder::beside(place).map_err(at(place.to_owned()))?;
-    files
-        .par_iter()
-        .try_for_each(|(name, bytes)| folder.write(name, bytes).map_err(at(place.join(name))))?;
+    files.par_iter().try_for_each(|(name, bytes)| folder.write(name, bytes).map_err(at(place.join(name))))?;
     check_place(place)?;
     folder.commit().map_err(at(place.to_owned()))
 }
@@ -201,7 +205,8 @@ fn manifest(
         let bytes = std::fs::read(&path).map_err(|source| BuildError::Input { path, source })?;
         manifest.inputs.insert(name, blake3::hash(&bytes).to_hex().to_string());
     }
-    manifest.outputs = files.iter().map(|(name, bytes)| (name.clone(), blake3::hash(bytes).to_hex().to_string())).collect();
+    manifest.outputs =
+        files.iter().map(|(name, bytes)| (name.clone(), blake3::hash(bytes).to_hex().to_string())).collect();
     Ok(manifest)
 }
 

@@ -1,8 +1,11 @@
 //! The commands: one file each, data on stdout, everything else on stderr.
 
 mod check;
+mod design;
 mod new;
 mod output;
+mod progress;
+mod view;
 
 use std::process::ExitCode;
 
@@ -34,6 +37,8 @@ Exit codes: 0 done, 1 failed (a wrong exhibit.toml too), 2 wrong usage of the co
 enum Command {
     New(new::New),
     Check(check::Check),
+    Design(design::Design),
+    View(view::View),
 }
 
 /// Runs the command that the process was started with.
@@ -56,5 +61,7 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
     match command {
         Command::New(command) => command.run(output),
         Command::Check(command) => command.run(output),
+        Command::Design(command) => command.run(output),
+        Command::View(command) => command.run(output),
     }
 }

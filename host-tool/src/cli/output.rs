@@ -16,6 +16,11 @@ impl Output {
         Self { json }
     }
 
+    /// Whether results are wanted as JSON.
+    pub(crate) fn is_json(self) -> bool {
+        self.json
+    }
+
     /// Prints a result: `value` as JSON, or `text`.
     pub(crate) fn result(self, value: &impl Serialize, text: impl FnOnce() -> String) {
         let line = if self.json { to_json(value) } else { text() };

@@ -40,7 +40,7 @@ pub fn parse(path: &Path, text: &str) -> Result<Exhibit, ConfigError> {
 
 fn syntax_problem(error: &toml::de::Error) -> Problem {
     Problem::new(
-        "config::syntax",
+        "vitrine::config::syntax",
         error.span().unwrap_or(0..0),
         error.message().trim(),
         "here",
@@ -79,12 +79,12 @@ fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Vec<Problem>) -> 
     if schedule.len() > MAX_RULES {
         let message = format!("there are more than {MAX_RULES} [[schedule]] rules");
         let help = format!("the controller's plan holds {MAX_RULES}: a rule may name several days");
-        reader.report(Problem::new("config::too_many_rules", 0..0, message, "", help));
+        reader.report(Problem::new("vitrine::config::too_many_rules", 0..0, message, "", help));
     }
     let views = tables::views(entries(&mut reader, "view"), folder, problems);
     if views.is_empty() && !root.contains_key("view") {
         reader.report(Problem::new(
-            "config::no_view",
+            "vitrine::config::no_view",
             0..0,
             "there is no [[view]]",
             "",

@@ -4,7 +4,8 @@ use heapless::{String, Vec};
 use jiff::civil;
 use vitrine_exhibit::plan::calendar::{self, Calendar, ClosedDays, MinuteOfDay, Weekdays};
 use vitrine_exhibit::plan::{
-    CurvePoint, Emphasis, LampCalibration, Limits, Plan, PresenceSettings, View, ViewerSettings, VolumeMetadata,
+    CurvePoint, Emphasis, LampCalibration, Limits, Plan, PresenceSettings, View, ViewerSettings,
+    VolumeMetadata,
 };
 use vitrine_exhibit::units::{CentiDegrees, Dose, Irradiance, Level, Milliseconds, PerLamp};
 
@@ -48,7 +49,10 @@ impl Exhibit {
         Ok(Calendar {
             time_zone: time_zone(&self.calendar.time_zone)?,
             rules: self.schedule.iter().map(plan_rule).collect(),
-            closed: closed.iter().map(|span| ClosedDays { first: date(span.0), last: date(span.1) }).collect(),
+            closed: closed
+                .iter()
+                .map(|span| ClosedDays { first: date(span.0), last: date(span.1) })
+                .collect(),
         })
     }
 
@@ -91,7 +95,9 @@ impl Exhibit {
         let curve = self.lamps.calibration.iter();
         LampCalibration {
             full_level: irradiance(self.lamps.irradiance_w_m2),
-            curve: curve.map(|[duty, part]| CurvePoint { level: level(*part), duty: level(*duty).0 }).collect(),
+            curve: curve
+                .map(|[duty, part]| CurvePoint { level: level(*part), duty: level(*duty).0 })
+                .collect(),
             ..LampCalibration::default()
         }
     }
@@ -163,7 +169,8 @@ mod tests {
             [[schedule]]\ndays = [\"mon-wed\", \"sun\"]\nfrom = \"22:00\"\nto = \"02:00\"\nlevel = 0.5\n\
             [lamps]\ncalibration = [[0, 0], [0.25, 0.5], [1, 1]]\n\
             [calendar]\ntime_zone = \"Europe/Berlin\"\nclosed = [\"2026-12-25\", \"2026-12-24\"]\n";
-        let exhibit = parse(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("exhibit.toml"), text).unwrap();
+        let exhibit =
+            parse(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("exhibit.toml"), text).unwrap();
         let plan = exhibit.plan(&[LampPair::new(1.0, 0.5)], LampPair::FULL, [7; 32]).unwrap();
         assert_eq!(plan.name, "Nächte");
         assert_eq!(plan.views[0].horizontal, CentiDegrees(3000));

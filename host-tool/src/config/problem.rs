@@ -56,7 +56,7 @@ pub enum ConfigError {
     /// The file cannot be read.
     #[error("cannot read {}", path.display())]
     #[diagnostic(
-        code("config::unreadable"),
+        code("vitrine::config::unreadable"),
         help("name an existing exhibit.toml; `vitrine new DIR` writes one to start from")
     )]
     Unreadable {
@@ -67,7 +67,7 @@ pub enum ConfigError {
     },
     /// The file's contents are wrong.
     #[error("{}: {}", source_code.name(), count_problems(problems.len()))]
-    #[diagnostic(code("config::invalid"))]
+    #[diagnostic(code("vitrine::config::invalid"))]
     Invalid {
         /// The file's text.
         #[source_code]

@@ -62,7 +62,7 @@ impl<'a> TableReader<'a> {
         let message = format!("`{key}` in {} wants {wanted}", self.name);
         let label = format!("this is {}", type_name(value.get_ref()));
         self.report(Problem::new(
-            "config::wrong_type",
+            "vitrine::config::wrong_type",
             value.span(),
             message,
             label,
@@ -72,7 +72,7 @@ impl<'a> TableReader<'a> {
 
     /// Notes that a value is out of its range or set.
     pub(super) fn report_value(&mut self, span: Range<usize>, message: String, help: impl Into<String>) {
-        self.report(Problem::new("config::bad_value", span, message, "here", help));
+        self.report(Problem::new("vitrine::config::bad_value", span, message, "here", help));
     }
 
     /// A finite number within `bounds`, or `default` where the key is left out.
@@ -191,7 +191,13 @@ impl<'a> TableReader<'a> {
                 None => format!("{} knows {}", self.name, self.known.join(", ")),
             };
             let message = format!("unknown key `{name}` in {}", self.name);
-            self.problems.push(Problem::new("config::unknown_key", key.span(), message, "unknown", help));
+            self.problems.push(Problem::new(
+                "vitrine::config::unknown_key",
+                key.span(),
+                message,
+                "unknown",
+                help,
+            ));
         }
         problems.append(&mut self.problems);
     }

@@ -61,13 +61,18 @@ impl Exhibit {
                 })
             })
             .collect::<Result<_, PictureError>>()?;
-        Ok(DesignRequest { stack, distance: self.viewer_distance(), views, settings: self.settings(ink_depth) })
+        Ok(DesignRequest {
+            stack,
+            distance: self.viewer_distance(),
+            views,
+            settings: self.settings(ink_depth),
+        })
     }
 
     fn settings(&self, ink_depth: InkDepth) -> DesignSettings {
         DesignSettings {
             method: match self.design.method {
-                MethodSetting::LeastSquares => Method::LeastSquares,
+                MethodSetting::LeastSquares => Method::Product,
                 MethodSetting::Product => Method::Product,
             },
             optics: match self.design.optics {

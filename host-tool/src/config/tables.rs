@@ -164,7 +164,7 @@ pub(super) fn views(
             let message = format!("there are more than {index} views");
             let help = format!("the controller's plan holds {index} views: leave the rest out");
             problems.push(Problem::new(
-                "config::too_many_views",
+                "vitrine::config::too_many_views",
                 span.clone(),
                 message,
                 "one too many",
@@ -204,7 +204,7 @@ fn view_id(reader: &mut TableReader<'_>, seen: &mut HashMap<String, Range<usize>
         let help =
             format!("an id becomes a file name: use 1 to {LONGEST_ID} letters, digits, - or _, not - first");
         reader.report(Problem::new(
-            "config::bad_id",
+            "vitrine::config::bad_id",
             text.span,
             format!("`{id}` is no id for a view"),
             "here",
@@ -215,7 +215,7 @@ fn view_id(reader: &mut TableReader<'_>, seen: &mut HashMap<String, Range<usize>
     // Some file systems do not tell upper from lower case.
     if let Some(first) = seen.insert(id.to_lowercase(), text.span.clone()) {
         reader.report(Problem::new(
-            "config::duplicate_id",
+            "vitrine::config::duplicate_id",
             text.span,
             format!("two views have the id `{id}`"),
             format!("also at byte {}", first.start),
@@ -235,7 +235,7 @@ fn view_pattern(reader: &mut TableReader<'_>, folder: &Path) -> Option<PathBuf> 
     let found = folder.join(&path);
     if let Err(error) = Picture::read(&found) {
         reader.report(Problem::new(
-            "config::bad_picture",
+            "vitrine::config::bad_picture",
             text.span,
             error.to_string(),
             "this picture",
@@ -254,7 +254,7 @@ fn report_missing(reader: &mut TableReader<'_>, key: &'static str, example: &str
     let message = format!("[[view]] has no `{key}`");
     let span = reader.span();
     reader.report(Problem::new(
-        "config::missing_key",
+        "vitrine::config::missing_key",
         span,
         message,
         "this view",

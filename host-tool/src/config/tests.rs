@@ -89,36 +89,36 @@ fn ideal_optics_expect_no_misplacement_unless_it_is_said() {
 fn unknown_keys_are_named_with_a_suggestion() {
     let (code, covered, text) =
         problem("[stack]\nfilm = 20\nwith_mm = 3.0\n".replace("film = 20\n", "").as_str());
-    assert_eq!((code, covered.as_str()), ("config::unknown_key", "with_mm"));
+    assert_eq!((code, covered.as_str()), ("vitrine::config::unknown_key", "with_mm"));
     assert!(text.contains("did you mean `width_mm`?"), "{text}");
     let (code, covered, text) = problem("[desing]\nmethod = \"product\"\n");
-    assert_eq!((code, covered.as_str()), ("config::unknown_key", "desing"));
+    assert_eq!((code, covered.as_str()), ("vitrine::config::unknown_key", "desing"));
     assert!(text.contains("did you mean `design`?"), "{text}");
 }
 
 #[test]
 fn wrong_values_are_shown_where_they_stand() {
     for (text, code, covered) in [
-        ("[stack]\nfilms = 0", "config::bad_value", "0"),
-        ("[stack]\nfilms = 20.5", "config::wrong_type", "20.5"),
-        ("[stack]\nfilms = 99999999999999999999", "config::wrong_type", "99999999999999999999"),
-        ("[stack]\nwidth_mm = nan", "config::bad_value", "nan"),
-        ("[stack]\nwidth_mm = inf", "config::bad_value", "inf"),
-        ("[stack]\npixels = [512]", "config::wrong_type", "[512]"),
-        ("[stack]\npixels = 1000000", "config::bad_value", "1000000"),
-        ("[stack]\npixels = \"many\"", "config::wrong_type", "\"many\""),
-        ("[viewer]\ndistance_mm = \"near\"", "config::wrong_type", "\"near\""),
-        ("[viewer]\ndistance_mm = 2", "config::bad_value", "2"),
-        ("[design]\nmethod = \"least_squares\"", "config::bad_value", "\"least_squares\""),
-        ("[design]\nbrightness = 0.0", "config::bad_value", "0.0"),
-        ("[calendar]\ntime_zone = \"Europe/Berlim\"", "config::bad_value", "\"Europe/Berlim\""),
-        ("[calendar]\nclosed = [\"2026-02-30\"]", "config::bad_value", "\"2026-02-30\""),
-        ("[[schedule]]\ndays = \"someday\"", "config::bad_value", "\"someday\""),
-        ("[[schedule]]\nfrom = \"25:00\"", "config::bad_value", "\"25:00\""),
-        ("[lamps]\ncalibration = [1]", "config::wrong_type", "1"),
-        ("[print]\npaper = \"A9\"", "config::bad_value", "\"A9\""),
-        ("stack = 3", "config::wrong_type", "3"),
-        ("[exhibit]\nname = \"\"", "config::bad_value", "\"\""),
+        ("[stack]\nfilms = 0", "vitrine::config::bad_value", "0"),
+        ("[stack]\nfilms = 20.5", "vitrine::config::wrong_type", "20.5"),
+        ("[stack]\nfilms = 99999999999999999999", "vitrine::config::wrong_type", "99999999999999999999"),
+        ("[stack]\nwidth_mm = nan", "vitrine::config::bad_value", "nan"),
+        ("[stack]\nwidth_mm = inf", "vitrine::config::bad_value", "inf"),
+        ("[stack]\npixels = [512]", "vitrine::config::wrong_type", "[512]"),
+        ("[stack]\npixels = 1000000", "vitrine::config::bad_value", "1000000"),
+        ("[stack]\npixels = \"many\"", "vitrine::config::wrong_type", "\"many\""),
+        ("[viewer]\ndistance_mm = \"near\"", "vitrine::config::wrong_type", "\"near\""),
+        ("[viewer]\ndistance_mm = 2", "vitrine::config::bad_value", "2"),
+        ("[design]\nmethod = \"least_squares\"", "vitrine::config::bad_value", "\"least_squares\""),
+        ("[design]\nbrightness = 0.0", "vitrine::config::bad_value", "0.0"),
+        ("[calendar]\ntime_zone = \"Europe/Berlim\"", "vitrine::config::bad_value", "\"Europe/Berlim\""),
+        ("[calendar]\nclosed = [\"2026-02-30\"]", "vitrine::config::bad_value", "\"2026-02-30\""),
+        ("[[schedule]]\ndays = \"someday\"", "vitrine::config::bad_value", "\"someday\""),
+        ("[[schedule]]\nfrom = \"25:00\"", "vitrine::config::bad_value", "\"25:00\""),
+        ("[lamps]\ncalibration = [1]", "vitrine::config::wrong_type", "1"),
+        ("[print]\npaper = \"A9\"", "vitrine::config::bad_value", "\"A9\""),
+        ("stack = 3", "vitrine::config::wrong_type", "3"),
+        ("[exhibit]\nname = \"\"", "vitrine::config::bad_value", "\"\""),
     ] {
         let found = problem(text);
         assert_eq!((found.0, found.1.as_str()), (code, covered), "{found:?}");
@@ -139,7 +139,7 @@ fn a_calibration_rises_from_nothing_to_full_level() {
 #[test]
 fn absurd_volumes_are_refused_before_they_are_made() {
     let (code, _, text) = problem("[stack]\nfilms = 200\npixels = 16384");
-    assert_eq!(code, "config::bad_value");
+    assert_eq!(code, "vitrine::config::bad_value");
     assert!(text.contains("voxels"), "{text}");
 }
 
@@ -148,18 +148,18 @@ fn views_are_checked() {
     let view = |lines: &str| problems(&format!("[[view]]\n{lines}"));
     let picture = "pattern = \"photos/coffee.jpg\"";
     let found = view(&format!("id = \"a\"\n{picture}\nhorizontal_deg = 95"));
-    assert_eq!((found[0].0, found[0].1.as_str()), ("config::bad_value", "95"));
+    assert_eq!((found[0].0, found[0].1.as_str()), ("vitrine::config::bad_value", "95"));
     let found = view("id = \"a\"\npattern = \"photos/none.jpg\"");
-    assert_eq!((found[0].0, found[0].1.as_str()), ("config::bad_picture", "\"photos/none.jpg\""));
+    assert_eq!((found[0].0, found[0].1.as_str()), ("vitrine::config::bad_picture", "\"photos/none.jpg\""));
     for id in ["", "a b", "../up", "a/b", "-rf", "ümlaut", "a_very_long_name_of_25_chr"] {
-        assert_eq!(view(&format!("id = \"{id}\"\n{picture}"))[0].0, "config::bad_id", "{id}");
+        assert_eq!(view(&format!("id = \"{id}\"\n{picture}"))[0].0, "vitrine::config::bad_id", "{id}");
     }
     let found = problems(&format!("{VIEW}{}", VIEW.replace("front", "Front")));
-    assert_eq!((found[0].0, found[0].1.as_str()), ("config::duplicate_id", "\"Front\""));
-    assert_eq!(view(picture)[0].0, "config::missing_key");
-    assert_eq!(problems("")[0].0, "config::no_view");
+    assert_eq!((found[0].0, found[0].1.as_str()), ("vitrine::config::duplicate_id", "\"Front\""));
+    assert_eq!(view(picture)[0].0, "vitrine::config::missing_key");
+    assert_eq!(problems("")[0].0, "vitrine::config::no_view");
     let many: String = (0..17).map(|index| VIEW.replace("front", &format!("v{index}"))).collect();
-    assert_eq!(problems(&many)[0].0, "config::too_many_views");
+    assert_eq!(problems(&many)[0].0, "vitrine::config::too_many_views");
 }
 
 #[test]
@@ -168,14 +168,19 @@ fn all_problems_are_reported_at_once_in_the_order_of_the_file() {
     let codes: Vec<_> = found.iter().map(|problem| problem.0).collect();
     assert_eq!(
         codes,
-        ["config::bad_value", "config::unknown_key", "config::missing_key", "config::bad_value"]
+        [
+            "vitrine::config::bad_value",
+            "vitrine::config::unknown_key",
+            "vitrine::config::missing_key",
+            "vitrine::config::bad_value"
+        ]
     );
 }
 
 #[test]
 fn broken_syntax_is_an_error_with_its_place() {
     let found = problems("[stack\nfilms = 20\n");
-    assert_eq!(found[0].0, "config::syntax");
+    assert_eq!(found[0].0, "vitrine::config::syntax");
 }
 
 #[test]

@@ -23,11 +23,14 @@ pub const PHOTOGRAPHS: [(&str, &[u8]); 4] = [
 pub enum StarterError {
     /// There is something in the folder.
     #[error("{} is there already and is not empty", .0.display())]
-    #[diagnostic(code("new::not_empty"), help("name a folder that does not exist yet"))]
+    #[diagnostic(code("vitrine::new::not_empty"), help("name a folder that does not exist yet"))]
     NotEmpty(PathBuf),
     /// A file cannot be written.
     #[error("cannot write {}", path.display())]
-    #[diagnostic(code("new::write"), help("look at the disk's free space and the folder's permissions"))]
+    #[diagnostic(
+        code("vitrine::new::write"),
+        help("look at the disk's free space and the folder's permissions")
+    )]
     Write {
         /// The file.
         path: PathBuf,

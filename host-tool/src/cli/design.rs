@@ -1,0 +1,77 @@
+//! `vitrine design`: from exhibit.toml to a build folder.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use miette::{Diagnostic, Report};
+use thiserror::Error;
+use vitrine::build_folder;
+use vitrine::config;
+use vitrine::design::{DesignError, design};
+use vitrine::picture::PictureError;
+use vitrine::volume::InkDepth;
+
+use super::output::Output;
+use super::progress::Progress;
+
+/// Design the films and the lamp pairs, and write them to a build folder.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  vitrine design exhibit.toml -o build
+  vitrine design exhibit.toml -o build --bits 16
+  vitrine design exhibit.toml -o build --json | jq .mean_psnr_db
+
+The folder is written whole or not at all; a build that is there already is replaced, anything else is not.")]
+pub(super) struct Design {
+    /// The exhibit.
+    exhibit: PathBuf,
+    /// The build folder to write.
+    #[arg(short, long, value_name = "BUILD")]
+    output: PathBuf,
+    /// Bits of each ink value in the films.
+    #[arg(long, default_value = "8", value_parser = ["8", "16"])]
+    bits: String,
+}
+
+/// Why a design failed.
+#[derive(Debug, Error, Diagnostic)]
+enum DesignFailure {
+    #[error(transparent)]
+    #[diagnostic(code("vitrine::design::picture"))]
+    Picture(#[from] PictureError),
+    #[error("cannot design {}: {source}", path.display())]
+    #[diagnostic(code("vitrine::design::impossible"))]
+    Impossible { path: PathBuf, source: DesignError },
+}
+
+impl Design {
+    pub(super) fn run(self, output: Output) -> Result<(), Report> {
+        let depth = if self.bits == "16" { InkDepth::Sixteen } else { InkDepth::Eight };
+        let report =
+            design_exhibit(&self.exhibit, &self.output, depth, &mut Progress::new(output.is_json()))?;
+        output.result(&report, || report.summary());
+        output.note(&format!(
+            "Written to {}; look at {}",
+            self.output.display(),
+            self.output.join("report.html").display()
+        ));
+        Ok(())
+    }
+}
+
+/// Designs the exhibit.toml at `path` into the build folder `place`.
+pub(super) fn design_exhibit(
+    path: &Path,
+    place: &Path,
+    depth: InkDepth,
+    progress: &mut Progress,
+) -> Result<build_folder::Report, Report> {
+    let exhibit = config::load(path)?;
+    build_folder::check_place(place)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let request = exhibit.design_request(folder, depth).map_err(DesignFailure::from)?;
+    let designed = design(&request, &mut |step| progress.report(step))
+        .map_err(|source| DesignFailure::Impossible { path: path.to_owned(), source })?;
+    Ok(build_folder::write(place, path, &exhibit, &request, &designed)?)
+}

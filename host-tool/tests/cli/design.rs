@@ -1,0 +1,115 @@
+//! `vitrine design` writes a build that holds together.
+
+use std::fs;
+
+use serde_json::Value;
+use vitrine::build_folder::BuildFolder;
+use vitrine_exhibit::plan::ValidPlan;
+
+use super::support::{SMALL, Workshop, names};
+
+fn json(workshop: &Workshop, name: &str) -> Value {
+    serde_json::from_slice(&fs::read(workshop.path(name)).unwrap()).unwrap()
+}
+
+#[test]
+fn a_build_has_all_its_files_and_the_manifest_names_them() {
+    let workshop = Workshop::small();
+    let stdout = workshop.succeed(&["design", "exhibit.toml", "-o", "build", "--json"]);
+    let told: Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!(told, json(&workshop, "build/report.json"));
+    assert_eq!(
+        names(&workshop.path("build")),
+        ["films", "manifest.json", "plan.bin", "plan.json", "report.html", "report.json", "views"]
+    );
+    assert_eq!(names(&workshop.path("build/films")).len(), 8);
+    assert_eq!(names(&workshop.path("build/views")).len(), 6);
+
+    let manifest = json(&workshop, "build/manifest.json");
+    let outputs = manifest["outputs"].as_object().unwrap();
+    assert_eq!(outputs.len(), 8 + 6 + 4);
+    for (name, hash) in outputs {
+        let bytes = fs::read(workshop.path("build").join(name)).unwrap();
+        assert_eq!(*hash, blake3::hash(&bytes).to_hex().to_string(), "{name}");
+    }
+    let exhibit = fs::read(workshop.path("exhibit.toml")).unwrap();
+    assert_eq!(manifest["inputs"]["exhibit.toml"], blake3::hash(&exhibit).to_hex().to_string());
+    assert_eq!(manifest["inputs"].as_object().unwrap().len(), 4);
+}
+
+#[test]
+fn the_same_exhibit_gives_the_same_bytes_wherever_it_lies() {
+    let builds = [Workshop::small(), Workshop::small()].map(|workshop| {
+        let absolute = workshop.path("cat.jpg").display().to_string();
+        workshop.write("exhibit.toml", SMALL.replace("cat.jpg", &absolute).replace('\\', "/"));
+        workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+        let text = fs::read_to_string(workshop.path("build/manifest.json")).unwrap();
+        assert!(!text.contains(&workshop.path("").display().to_string()));
+        let mut manifest: Value = serde_json::from_str(&text).unwrap();
+        // The file itself names the folder here, so only its own hash may differ.
+        manifest["inputs"]["exhibit.toml"].take();
+        manifest
+    });
+    assert_eq!(builds[0], builds[1]);
+}
+
+#[test]
+fn the_plan_is_one_that_the_controller_takes_and_names_the_films() {
+    let workshop = Workshop::small();
+    for bits in ["8", "16"] {
+        workshop.succeed(&["design", "exhibit.toml", "-o", "build", "--bits", bits]);
+        let build = BuildFolder::open(&workshop.path("build")).unwrap();
+        let plan = vitrine_protocol::plan_file::decode(&build.plan_file().unwrap()).unwrap();
+        let films = build.films().unwrap();
+        assert!(films.changed.is_empty());
+        let depth =
+            if bits == "8" { vitrine::volume::InkDepth::Eight } else { vitrine::volume::InkDepth::Sixteen };
+        assert_eq!(plan.volume.blake3, films.volume.blake3(depth));
+        assert_eq!(serde_json::to_value(&plan).unwrap(), json(&workshop, "build/plan.json"));
+        assert_eq!(plan.views.iter().map(|view| view.horizontal.0).collect::<Vec<_>>(), [3000, 0, -3000]);
+        ValidPlan::new(plan).unwrap();
+    }
+}
+
+#[test]
+fn a_build_is_replaced_by_the_next_one() {
+    let workshop = Workshop::small();
+    workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    workshop.write("exhibit.toml", SMALL.replace("films = 8", "films = 5"));
+    workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    assert_eq!(names(&workshop.path("build/films")).len(), 5);
+    assert_eq!(
+        workshop.names(),
+        ["astronaut.jpg", "build", "cat.jpg", "coffee.jpg", "exhibit.toml", "rocket.jpg"]
+    );
+}
+
+#[test]
+fn a_new_exhibit_is_valid_as_it_is() {
+    let workshop = Workshop::new();
+    let stdout = workshop.succeed(&["new", "mine"]);
+    assert_eq!(stdout.trim(), "mine/exhibit.toml");
+    workshop.succeed(&["check", "mine/exhibit.toml"]);
+    assert_eq!(workshop.run(&["new", "mine"]).code, Some(1));
+}
+
+#[test]
+fn every_command_has_help_with_examples() {
+    let workshop = Workshop::new();
+    let help = workshop.succeed(&["--help"]);
+    let commands: Vec<&str> = help
+        .lines()
+        .skip_while(|line| *line != "Commands:")
+        .skip(1)
+        .take_while(|line| !line.is_empty())
+        .filter_map(|line| line.strip_prefix("  ")?.split(' ').next().filter(|name| !name.is_empty()))
+        .filter(|name| *name != "help")
+        .collect();
+    assert!(commands.len() >= 4, "{help}");
+    for command in commands {
+        let help = workshop.succeed(&[command, "--help"]);
+        assert!(help.contains(&format!("Examples:\n  vitrine {command}")), "{command}: {help}");
+        assert!(help.contains("--json"), "{command}");
+        assert!(!help.contains('\u{1b}'), "{command}");
+    }
+}

@@ -1,0 +1,109 @@
+//! A folder to work in, and the command.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A temporary folder with the bundled photographs.
+pub(crate) struct Workshop {
+    folder: tempfile::TempDir,
+}
+
+/// A small exhibit of three views, so that tests are quick.
+pub(crate) const SMALL: &str = "\
+[exhibit]
+name = \"Small\"
+[stack]
+films = 8
+pixels = [64, 48]
+width_mm = 20.0
+[design]
+method = \"product\"
+optics = \"ideal\"
+tone = \"code\"
+[[view]]
+id = \"astronaut\"
+pattern = \"astronaut.jpg\"
+horizontal_deg = 30.0
+[[view]]
+id = \"coffee\"
+pattern = \"coffee.jpg\"
+[[view]]
+id = \"cat\"
+pattern = \"cat.jpg\"
+horizontal_deg = -30.0
+";
+
+impl Workshop {
+    pub(crate) fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, bytes) in vitrine::starter::PHOTOGRAPHS {
+            fs::write(folder.path().join(name), bytes).unwrap();
+        }
+        Self { folder }
+    }
+
+    /// A workshop with [`SMALL`] as exhibit.toml.
+    pub(crate) fn small() -> Self {
+        let workshop = Self::new();
+        workshop.write("exhibit.toml", SMALL);
+        workshop
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    pub(crate) fn write(&self, name: &str, contents: impl AsRef<[u8]>) {
+        fs::write(self.path(name), contents).unwrap();
+    }
+
+    /// The command, to be run in the folder.
+    pub(crate) fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_vitrine"));
+        command.current_dir(self.folder.path()).args(arguments);
+        command
+    }
+
+    pub(crate) fn run(&self, arguments: &[&str]) -> Finished {
+        Finished::from(self.command(arguments).output().unwrap())
+    }
+
+    /// Runs the command, which must succeed, and gives its standard output.
+    pub(crate) fn succeed(&self, arguments: &[&str]) -> String {
+        let finished = self.run(arguments);
+        assert_eq!(finished.code, Some(0), "{arguments:?}: {}", finished.stderr);
+        finished.stdout
+    }
+
+    /// Everything in the folder, folders by their name alone.
+    pub(crate) fn names(&self) -> Vec<String> {
+        names(self.folder.path())
+    }
+}
+
+/// The sorted names in a folder.
+pub(crate) fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// A command that has ended.
+pub(crate) struct Finished {
+    pub(crate) code: Option<i32>,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+impl From<Output> for Finished {
+    fn from(output: Output) -> Self {
+        Self {
+            code: output.status.code(),
+            stdout: String::from_utf8(output.stdout).unwrap(),
+            stderr: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+}
