@@ -75,15 +75,14 @@ pub fn look(exhibit: &Exhibit, volume: &Volume, request: &LookRequest) -> Look {
 /// # Errors
 /// Fails when the picture cannot be encoded.
 pub fn look_png(look: &Look, tone: ToneSetting, encode: bool) -> Result<Vec<u8>, png::EncodingError> {
+    let as_srgb = |png: &mut png::Encoder<'_, &mut Vec<u8>>| {
+        png.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    };
     match (tone, encode) {
-        (ToneSetting::Linear, false) => {
-            encode_rgb8(&look.picture, |png| png.set_source_gamma(png::ScaledFloat::new(1.0)))
-        }
-        (ToneSetting::Linear, true) => encode_rgb8(&look.picture.encoded(), |png| {
-            png.set_source_srgb(png::SrgbRenderingIntent::Perceptual)
+        (ToneSetting::Linear, false) => encode_rgb8(&look.picture, |png| {
+            png.set_source_gamma(png::ScaledFloat::new(1.0));
         }),
-        (ToneSetting::Code, _) => {
-            encode_rgb8(&look.picture, |png| png.set_source_srgb(png::SrgbRenderingIntent::Perceptual))
-        }
+        (ToneSetting::Linear, true) => encode_rgb8(&look.picture.encoded(), as_srgb),
+        (ToneSetting::Code, _) => encode_rgb8(&look.picture, as_srgb),
     }
 }
