@@ -17,7 +17,7 @@ use crate::fader::Fader;
 use crate::governor::{Conditions, Governor, LampCommand, Verdict};
 use crate::inputs::{Inputs, Request, TemperatureReading};
 use crate::interlock::Interlock;
-use crate::ledger::{DoseLedger, LedgerRecord};
+use crate::ledger::{DoseLedger, LedgerRecord, Notices};
 use crate::limits;
 use crate::plan::calendar::TimeZone;
 use crate::plan::{Emphasis, Plan, ValidPlan};
@@ -61,6 +61,7 @@ pub struct State {
     interlock: Interlock,
     governor: Governor,
     ledger: DoseLedger,
+    notices: Notices,
     requests: Requests,
     nobody_for: Milliseconds,
     presence: Presence,
@@ -86,7 +87,7 @@ pub fn step(state: &mut State, inputs: &Inputs<'_>, elapsed: Milliseconds) -> (L
     state.follow_viewers(inputs, elapsed, &mut events);
     let wish = state.wish(inputs, elapsed, &mut events);
     let wanted = state.fader.advance(wish.target, wish.fade, elapsed);
-    let verdict = state.govern(inputs, wish, wanted, elapsed);
+    let verdict = state.govern(inputs, wish, wanted, elapsed, &mut events);
     state.tell(inputs, verdict, &mut events);
     (verdict.command, events)
 }
@@ -109,6 +110,7 @@ impl State {
             governor: Governor::new(),
             watchdog_latched: ledger.spent().quick_resets >= limits::QUICK_RESETS,
             ledger,
+            notices: Notices::new(),
             requests: Requests::new(),
             nobody_for: Milliseconds(0),
             presence: Presence::Unknown,
@@ -158,16 +160,17 @@ impl State {
     }
 
     fn keep_ledger(&mut self, inputs: &Inputs<'_>, elapsed: Milliseconds, events: &mut Events) {
-        if let Some(stored) = inputs.stored {
-            self.ledger.stored(stored);
+        if inputs.stored.is_some_and(|stored| self.ledger.stored(stored)) {
+            events.push(Event::DayBegan);
         }
         // What was lit until now was lit under the calibration of the step before.
         self.ledger.book(self.last.command.irradiance(), self.full, elapsed);
         if let Some(plan) = inputs.plan {
             self.full = PerLamp::new(plan.lamps.top.full_level, plan.lamps.bottom.full_level);
         }
-        if self.ledger.day(self.opening.local_day) {
-            events.push(Event::DayBegan);
+        self.ledger.day(self.opening.local_day);
+        if let Some(plan) = inputs.plan {
+            self.notices.update(self.ledger.spent(), plan.limits.life_dose, events);
         }
         if self.uptime_ms >= u64::from(limits::RAN_WELL.0) {
             self.ledger.ran_well();
@@ -200,7 +203,10 @@ impl State {
 
     fn rearm(&mut self, events: &mut Events) {
         let rearmed = self.interlock.rearm();
-        self.watchdog_latched &= !rearmed;
+        if rearmed {
+            self.watchdog_latched = false;
+            self.governor.rearm();
+        }
         events.push(if rearmed { Event::Rearmed } else { Event::RearmRefused });
     }
 
@@ -309,13 +315,14 @@ impl State {
         wish: Wish,
         wanted: Emphasis,
         elapsed: Milliseconds,
+        events: &mut Events,
     ) -> Verdict {
         let irradiance =
             |pair: Emphasis| pair.zip(self.full).map(|(level, full)| level.of(full).min(limits::CEILING));
         let (target, wanted_irradiance) = (irradiance(wish.target), irradiance(wanted));
         // Both lamps are reserved for alike, so that a change of view never waits for the flash.
         let demand = [target.top, target.bottom, wanted_irradiance.top, wanted_irradiance.bottom];
-        let most = demand.into_iter().max().unwrap_or_default();
+        let most = demand.into_iter().max().unwrap_or_default().max(limits::IDLE_FLOOR);
         self.ledger.reserve(PerLamp::new(most, most));
         let conditions = Conditions {
             plan: inputs.plan.map(core::ops::Deref::deref),
@@ -323,15 +330,16 @@ impl State {
             boards: inputs.boards,
             enclosure: inputs.enclosure,
             supply: inputs.supply,
+            ultraviolet: inputs.ultraviolet,
             clock_is_valid: self.opening.at.is_some(),
             uptime_ms: self.uptime_ms,
             watchdog_latched: self.watchdog_latched,
             // A wish for dark fades first: the governor hears of it when nothing is wanted any more.
             wants_dark: wish.dark.filter(|_| wanted == Emphasis::default()),
             reserved: self.ledger.covers(wanted_irradiance),
-            dose: self.ledger.spent().lamps,
+            accounts: self.ledger.spent().lamps,
         };
-        let verdict = self.governor.decide(wanted, &conditions, elapsed);
+        let verdict = self.governor.decide(wanted, &conditions, elapsed, events);
         if verdict.dark.is_some() {
             self.fader.jump(Emphasis::default());
         }

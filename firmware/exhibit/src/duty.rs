@@ -10,17 +10,17 @@ pub const PWM_FULL: u16 = PWM_TOP + 1;
 /// The driver's least duty, 1 %, in counts.
 pub const PWM_FLOOR: u16 = PWM_FULL / 100;
 
-/// Gives the PWM counts for a level by the lamp's calibration, 0 to [`PWM_FULL`], before the driver's floor.
+/// Gives the PWM counts for a level by the lamp's calibration, 0 to [`PWM_FULL`], rounded down, before the driver's floor.
 pub fn counts(lamp: &LampCalibration, level: Level) -> u16 {
     let part = match segment(lamp, level) {
         Some(((from_level, from_duty), (to_level, to_duty))) => {
             let span = u32::from(to_level - from_level).max(1);
             let risen = u32::from(level.0 - from_level) * u32::from(to_duty - from_duty);
-            from_duty + ((risen + span / 2) / span) as u16
+            from_duty + (risen / span) as u16
         }
         None => level.0,
     };
-    ((u32::from(part) * u32::from(PWM_FULL) + 32_767) / 65_535) as u16
+    (u32::from(part) * u32::from(PWM_FULL) / 65_535) as u16
 }
 
 type Point = (u16, u16);

@@ -1,15 +1,59 @@
 //! The governor: the one place that lets a lamp level through, or cuts it.
 //!
-//! The rest of the controller only *wants* levels. The governor alone makes a [`LampCommand`], from what is wanted
-//! and from the conditions it watches; every path to the lamps leads through [`Governor::decide`].
+//! # Purpose
+//!
+//! The rest of the controller only *wants* levels: it may be wrong, misled by a host, or full of bugs, and still no
+//! lamp gives light that it should not. [`Governor::decide`] takes what is wanted and what is known, and makes the
+//! [`LampCommand`] of the next step. Nothing else can make one that lights a lamp: its fields are private to this
+//! module.
+//!
+//! # Terms
+//!
+//! - **Dark**: both lamps off and the drivers disabled, at once, without a fade; always with a [`DarkReason`].
+//! - **Cut**: a lamp gives less than is wanted, for a [`Cut`]'s reason. A cut that begins slides in within two
+//!   seconds, for sudden darkness startles people; ceilings alone hold at once.
+//! - **Latched**: stays until a person re-arms, because its cause must be looked at first.
+//! - **Idle floor**: the glow of 1 W/m² that remains where a rule asks for rest, not for darkness.
+//!
+//! # Order of the rules
+//!
+//! First what makes dark; the first that holds is the reason told ([`Governor::dark_reason`]):
+//!
+//! 1. faults and the interlock: watchdog resets, interlock open, disagreeing or not re-armed, no plan, supply, a
+//!    lamp board's sensor or heat, the enclosure's air, ultraviolet that the model does not explain;
+//! 2. doses that end in darkness: the stack's life, a ledger that is not stored;
+//! 3. time: an invalid clock where the plan needs one, the dwell after a start;
+//! 4. wishes of the rest of the controller: staff, hosts, schedule, nobody there.
+//!
+//! Then what cuts each lamp ([`Governor::cut`]), each rule lowering what the one before has left:
+//!
+//! 1. the temperature of its board: linear from 60 to 75 °C;
+//! 2. the dose of the day: the idle floor; of the stack's life: a quarter less from 90 %;
+//! 3. continuous time: the idle floor for the rest's length;
+//! 4. the firmware's ceiling, then the plan's;
+//! 5. slew: no faster than the whole range in 300 ms.
+//!
+//! Last, the driver's floor of 1 % duty: cut or dithered, as the lamp's calibration says.
+//!
+//! All arithmetic is of integers that saturate; irradiance and dose round up, levels and duty round down.
 
-use crate::duty::{FloorDither, counts};
-use crate::events::{Cut, Cuts, DarkReason};
+mod heat;
+mod rest;
+mod supply;
+mod ultraviolet;
+
+use self::heat::BoardHeat;
+use self::rest::Rest;
+use self::supply::Supply;
+use self::ultraviolet::UltravioletWatch;
+use crate::duty::{FloorDither, PWM_FLOOR, counts};
+use crate::events::{Cut, Cuts, DarkReason, Events};
 use crate::inputs::TemperatureReading;
 use crate::interlock::InterlockState;
+use crate::ledger::LampAccount;
 use crate::limits;
-use crate::plan::{Emphasis, LampCalibration, Plan};
-use crate::units::{CentiCelsius, Irradiance, Lamp, Level, Milliseconds, Millivolts, PerLamp};
+use crate::plan::{Emphasis, Plan};
+use crate::units::{CentiCelsius, Dose, Irradiance, Lamp, Level, Milliseconds, Millivolts, PerLamp};
 
 /// What the lamps are to do until the next step. Only the governor makes one that lights a lamp.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -63,6 +107,8 @@ pub struct Conditions<'a> {
     pub enclosure: Option<CentiCelsius>,
     /// The lamp supply.
     pub supply: Option<Millivolts>,
+    /// A new reading of the ultraviolet sensor.
+    pub ultraviolet: Option<Irradiance>,
     /// The clock is valid.
     pub clock_is_valid: bool,
     /// Time since the start.
@@ -73,8 +119,8 @@ pub struct Conditions<'a> {
     pub wants_dark: Option<DarkReason>,
     /// The ledger holds a reservation that covers the lamps.
     pub reserved: bool,
-    /// Both lamps' dose in the ledger's day and in the stack's life.
-    pub dose: PerLamp<crate::ledger::LampAccount>,
+    /// What both lamps have given.
+    pub accounts: PerLamp<LampAccount>,
 }
 
 /// What the governor decided.
@@ -92,9 +138,10 @@ pub struct Verdict {
 #[derive(Clone, Debug, Default)]
 pub struct Governor {
     last: Emphasis,
-    too_hot: PerLamp<bool>,
-    lit_for: Milliseconds,
-    rest_left: Milliseconds,
+    heat: BoardHeat,
+    supply: Supply,
+    ultraviolet: UltravioletWatch,
+    rest: Rest,
     dither: PerLamp<FloorDither>,
 }
 
@@ -110,162 +157,150 @@ impl Governor {
         wanted: Emphasis,
         conditions: &Conditions<'_>,
         elapsed: Milliseconds,
+        events: &mut Events,
     ) -> Verdict {
-        self.watch_temperatures(conditions);
+        self.heat.update(conditions.boards, conditions.enclosure, events);
+        self.supply.update(conditions.supply, elapsed);
+        self.ultraviolet.update(conditions.plan, self.last, conditions.ultraviolet, elapsed, events);
+        self.rest.update(conditions.plan, self.last, elapsed);
         let reason = self.dark_reason(conditions);
-        let (Some(plan), None) = (conditions.plan, reason) else {
-            return self.go_dark(reason.unwrap_or(DarkReason::NoPlan), elapsed);
-        };
-        let mut cuts = PerLamp::new(Cuts::default(), Cuts::default());
-        let resting = self.rest(plan, elapsed);
-        let levels = PerLamp::new(
-            self.cut(Lamp::Top, wanted.top, plan, conditions, resting, elapsed, &mut cuts.top),
-            self.cut(Lamp::Bottom, wanted.bottom, plan, conditions, resting, elapsed, &mut cuts.bottom),
-        );
-        self.light(levels, plan, cuts)
+        match (conditions.plan, reason) {
+            (Some(plan), None) => self.light(wanted, plan, conditions, elapsed),
+            (_, reason) => self.go_dark(reason.unwrap_or(DarkReason::NoPlan)),
+        }
     }
 
-    fn watch_temperatures(&mut self, conditions: &Conditions<'_>) {
-        let hot = |was: bool, reading: Option<TemperatureReading>| {
-            let limit = if was { limits::BOARD_BACK } else { limits::BOARD_CUT };
-            reading.and_then(TemperatureReading::celsius).is_none_or(|t| t >= limit)
-                && (was || reading.is_some())
-        };
-        self.too_hot = PerLamp::new(
-            hot(self.too_hot.top, conditions.boards.top),
-            hot(self.too_hot.bottom, conditions.boards.bottom),
-        );
+    /// Forgets latched faults; those whose cause persists latch again.
+    pub const fn rearm(&mut self) {
+        self.ultraviolet.rearm();
     }
 
-    fn dark_reason(&self, conditions: &Conditions<'_>) -> Option<DarkReason> {
-        let sensor_fails =
-            |reading: Option<TemperatureReading>| reading.and_then(TemperatureReading::celsius).is_none();
-        let life_over = |account: &crate::ledger::LampAccount| {
-            conditions.plan.is_some_and(|plan| account.life >= plan.limits.life_dose)
-        };
-        let needs_clock = conditions.plan.is_some_and(|plan| plan.calendar.needs_clock());
-        let supply_is_sound = conditions
-            .supply
-            .is_some_and(|supply| (limits::SUPPLY_LEAST..=limits::SUPPLY_MOST).contains(&supply));
+    /// The first reason for darkness, in the order that the module's text explains.
+    fn dark_reason(&self, now: &Conditions<'_>) -> Option<DarkReason> {
+        use DarkReason as Reason;
+        let interlock_is = |state| now.interlock == state;
+        let needs_clock = now.plan.is_some_and(|plan| plan.calendar.needs_clock());
         let rules = [
-            (conditions.watchdog_latched, DarkReason::WatchdogResets),
-            (conditions.interlock == InterlockState::Open, DarkReason::InterlockOpen),
-            (conditions.interlock == InterlockState::Disagrees, DarkReason::InterlockDisagrees),
-            (conditions.interlock == InterlockState::WaitsForRearm, DarkReason::InterlockNotArmed),
-            (conditions.plan.is_none(), DarkReason::NoPlan),
-            (!supply_is_sound, DarkReason::Supply),
-            (sensor_fails(conditions.boards.top), DarkReason::TemperatureSensor(Lamp::Top)),
-            (sensor_fails(conditions.boards.bottom), DarkReason::TemperatureSensor(Lamp::Bottom)),
-            (self.too_hot.top, DarkReason::TooHot(Lamp::Top)),
-            (self.too_hot.bottom, DarkReason::TooHot(Lamp::Bottom)),
-            (
-                conditions.enclosure.is_some_and(|air| air >= limits::ENCLOSURE_CUT),
-                DarkReason::EnclosureTooHot,
-            ),
-            (life_over(&conditions.dose.top) || life_over(&conditions.dose.bottom), DarkReason::LifeDose),
-            (!conditions.reserved, DarkReason::LedgerNotStored),
-            (needs_clock && !conditions.clock_is_valid, DarkReason::ClockInvalid),
-            (conditions.uptime_ms < u64::from(limits::START_DWELL.0), DarkReason::Starting),
+            (now.watchdog_latched, Reason::WatchdogResets),
+            (interlock_is(InterlockState::Open), Reason::InterlockOpen),
+            (interlock_is(InterlockState::Disagrees), Reason::InterlockDisagrees),
+            (interlock_is(InterlockState::WaitsForRearm), Reason::InterlockNotArmed),
+            (now.plan.is_none(), Reason::NoPlan),
+            (!self.supply.is_sound(), Reason::Supply),
+            (no_temperature(now.boards.top), Reason::TemperatureSensor(Lamp::Top)),
+            (no_temperature(now.boards.bottom), Reason::TemperatureSensor(Lamp::Bottom)),
+            (self.heat.is_too_hot(Lamp::Top), Reason::TooHot(Lamp::Top)),
+            (self.heat.is_too_hot(Lamp::Bottom), Reason::TooHot(Lamp::Bottom)),
+            (self.heat.is_enclosure_too_hot(), Reason::EnclosureTooHot),
+            (self.ultraviolet.is_too_bright(), Reason::UltravioletTooBright),
+            (self.ultraviolet.is_bright_while_dark(), Reason::UltravioletWhileDark),
+            (life_is_over(now), Reason::LifeDose),
+            (!now.reserved, Reason::LedgerNotStored),
+            (needs_clock && !now.clock_is_valid, Reason::ClockInvalid),
+            (now.uptime_ms < u64::from(limits::START_DWELL.0), Reason::Starting),
         ];
         let found = rules.into_iter().find(|(holds, _)| *holds).map(|(_, reason)| reason);
-        found.or(conditions.wants_dark)
+        found.or(now.wants_dark)
     }
 
-    fn rest(&mut self, plan: &Plan, elapsed: Milliseconds) -> bool {
-        let above_idle =
-            |level: Level, lamp: &LampCalibration| level.of(lamp.full_level) > limits::IDLE_FLOOR;
-        if self.rest_left.0 > 0 {
-            self.rest_left = self.rest_left.minus(elapsed);
-        } else if above_idle(self.last.top, &plan.lamps.top)
-            || above_idle(self.last.bottom, &plan.lamps.bottom)
-        {
-            self.lit_for = self.lit_for.plus(elapsed);
+    fn light(
+        &mut self,
+        wanted: Emphasis,
+        plan: &Plan,
+        conditions: &Conditions<'_>,
+        elapsed: Milliseconds,
+    ) -> Verdict {
+        let (top, top_cuts) = self.cut(Lamp::Top, wanted.top, plan, conditions, elapsed);
+        let (bottom, bottom_cuts) = self.cut(Lamp::Bottom, wanted.bottom, plan, conditions, elapsed);
+        let levels = PerLamp::new(top, bottom);
+        let mut cuts = PerLamp::new(top_cuts, bottom_cuts);
+        self.last = levels;
+        if levels == Emphasis::default() {
+            return Verdict { command: LampCommand::DARK, dark: Some(DarkReason::NothingToShow), cuts };
         }
-        if self.lit_for >= plan.limits.continuous {
-            self.lit_for = Milliseconds(0);
-            self.rest_left = plan.limits.rest;
+        let (top, bottom) = (&plan.lamps.top, &plan.lamps.bottom);
+        let raw = PerLamp::new(counts(top, levels.top), counts(bottom, levels.bottom));
+        for (counts, cuts) in [(raw.top, &mut cuts.top), (raw.bottom, &mut cuts.bottom)] {
+            if counts > 0 && counts < PWM_FLOOR {
+                cuts.insert(Cut::BelowFloor);
+            }
         }
-        self.rest_left.0 > 0
+        let command = LampCommand {
+            levels,
+            counts: PerLamp::new(
+                self.dither.top.apply(top.below_floor, raw.top),
+                self.dither.bottom.apply(bottom.below_floor, raw.bottom),
+            ),
+            irradiance: PerLamp::new(levels.top.of(top.full_level), levels.bottom.of(bottom.full_level)),
+            enabled: true,
+        };
+        Verdict { command, dark: None, cuts }
     }
 
-    #[expect(clippy::too_many_arguments, reason = "each is a rule's own")]
+    /// Lowers one lamp's level by the rules in their order.
     fn cut(
         &self,
         lamp: Lamp,
         wanted: Level,
         plan: &Plan,
         conditions: &Conditions<'_>,
-        resting: bool,
         elapsed: Milliseconds,
-        cuts: &mut Cuts,
-    ) -> Level {
+    ) -> (Level, Cuts) {
         let full = plan.lamps.get(lamp).full_level;
-        let account = conditions.dose.get(lamp);
+        let account = conditions.accounts.get(lamp);
         let idle = Level::not_above(limits::IDLE_FLOOR, full);
-        let firmware = Level::not_above(limits::CEILING, full);
-        let allowed = Level::not_above(plan.limits.ceiling, full);
+        let ceiling = Level::not_above(limits::CEILING, full);
+        let plan_ceiling = Level::not_above(plan.limits.ceiling, full);
         let mut level = wanted;
-        let mut lower = |cut: Cut, most: Level| {
-            if level > most {
+        let mut cuts = Cuts::default();
+        let mut lower = |cut: Cut, holds: bool, most: Level| {
+            if holds && level > most {
                 level = most;
                 cuts.insert(cut);
             }
         };
-        lower(Cut::Warm, derated(conditions.boards.get(lamp).and_then(TemperatureReading::celsius)));
-        if account.day >= plan.limits.daily_dose {
-            lower(Cut::DayDose, idle);
-        }
-        if resting {
-            lower(Cut::Resting, idle);
-        }
-        lower(Cut::FirmwareCeiling, firmware);
-        lower(Cut::PlanCeiling, allowed);
-        let stride = u64::from(elapsed.0) * 65_535 / u64::from(limits::FASTEST_FADE.0);
-        let stride = stride.min(65_535) as u16;
-        let last = *self.last.get(lamp);
-        let slewed = level.0.clamp(last.0.saturating_sub(stride), last.0.saturating_add(stride));
-        if slewed != level.0 {
+        lower(Cut::Warm, true, heat::derated(*conditions.boards.get(lamp)));
+        lower(Cut::DayDose, account.day >= plan.limits.daily_dose, idle);
+        let aged = account.life >= nine_tenths(plan.limits.life_dose);
+        lower(Cut::LifeDose, aged, wanted.scaled(limits::AGED_LEVEL));
+        lower(Cut::Resting, self.rest.is_resting(), idle);
+        lower(Cut::FirmwareCeiling, true, ceiling);
+        lower(Cut::PlanCeiling, true, plan_ceiling);
+        let slewed = self.slew(lamp, level, cuts, elapsed);
+        if slewed != level {
             cuts.insert(Cut::Slew);
         }
-        Level(slewed).min(firmware).min(allowed)
+        // Where a new plan brings a lower ceiling it holds at once.
+        (slewed.min(ceiling).min(plan_ceiling), cuts)
     }
 
-    fn light(&mut self, levels: Emphasis, plan: &Plan, cuts: PerLamp<Cuts>) -> Verdict {
-        self.last = levels;
-        let counts = PerLamp::new(
-            self.dither.top.apply(plan.lamps.top.below_floor, counts(&plan.lamps.top, levels.top)),
-            self.dither
-                .bottom
-                .apply(plan.lamps.bottom.below_floor, counts(&plan.lamps.bottom, levels.bottom)),
-        );
-        let command = LampCommand {
-            levels,
-            counts,
-            irradiance: PerLamp::new(
-                levels.top.of(plan.lamps.top.full_level),
-                levels.bottom.of(plan.lamps.bottom.full_level),
-            ),
-            enabled: true,
-        };
-        let lit = levels.top.0 > 0 || levels.bottom.0 > 0;
-        if !lit {
-            return Verdict { dark: Some(DarkReason::NothingToShow), cuts, ..Verdict::default() };
-        }
-        Verdict { command, dark: None, cuts }
+    /// Brings a lamp towards a level no faster than it may change. A late step gets no longer stride than one of
+    /// 100 ms.
+    fn slew(&self, lamp: Lamp, level: Level, cuts: Cuts, elapsed: Milliseconds) -> Level {
+        let stride = |fade: Milliseconds| (elapsed.0.min(100) * 65_535 / fade.0) as u16;
+        let last = *self.last.get(lamp);
+        let slides = cuts.contains(Cut::Resting) || cuts.contains(Cut::DayDose);
+        let down = stride(if slides { limits::CUT_FADE } else { limits::FASTEST_FADE });
+        let up = stride(limits::FASTEST_FADE);
+        Level(level.0.clamp(last.0.saturating_sub(down), last.0.saturating_add(up)))
     }
 
-    fn go_dark(&mut self, reason: DarkReason, elapsed: Milliseconds) -> Verdict {
+    fn go_dark(&mut self, reason: DarkReason) -> Verdict {
         self.last = Emphasis::default();
         self.dither = PerLamp::default();
-        self.rest_left = self.rest_left.minus(elapsed);
         Verdict { command: LampCommand::DARK, dark: Some(reason), cuts: PerLamp::default() }
     }
 }
 
-/// The most level of a lamp whose board has this temperature.
-fn derated(board: Option<CentiCelsius>) -> Level {
-    let Some(board) = board else { return Level::OFF };
-    let (from, to) = (i32::from(limits::DERATE_FROM.0), i32::from(limits::DERATE_TO.0));
-    let above = (i32::from(board.0) - from).clamp(0, to - from);
-    Level((65_535 - above * 65_535 / (to - from)) as u16)
+fn no_temperature(reading: Option<TemperatureReading>) -> bool {
+    reading.and_then(TemperatureReading::celsius).is_none()
+}
+
+fn life_is_over(now: &Conditions<'_>) -> bool {
+    let spent = now.accounts.top.life.max(now.accounts.bottom.life);
+    now.plan.is_some_and(|plan| spent >= plan.limits.life_dose)
+}
+
+const fn nine_tenths(dose: Dose) -> Dose {
+    Dose(dose.0 / 10 * 9)
 }

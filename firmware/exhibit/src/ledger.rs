@@ -5,9 +5,14 @@
 //! by one reservation. The flash's owner writes [`DoseLedger::to_store`] and tells what it has written by
 //! [`StoredReservation`]; until then the governor keeps the lamps dark.
 
+mod notices;
+
 use serde::{Deserialize, Serialize};
 
-use crate::units::{Dose, Irradiance, Milliseconds, PerLamp};
+pub use self::notices::Notices;
+use crate::units::{Dose, Irradiance, Lamp, Milliseconds, PerLamp};
+
+const DAY_MS: u32 = 86_400_000;
 
 /// How long a reservation lasts at the present irradiance.
 pub const RESERVATION: Milliseconds = Milliseconds(60_000);
@@ -64,6 +69,8 @@ pub struct DoseLedger {
     stored: LedgerRecord,
     /// The record that waits to be written.
     wanted: Option<LedgerRecord>,
+    /// Dose that has not yet made a full-level millisecond.
+    part_ms: PerLamp<u64>,
 }
 
 impl DoseLedger {
@@ -77,7 +84,7 @@ impl DoseLedger {
             spent.watchdog_resets = spent.watchdog_resets.saturating_add(1);
             spent.quick_resets = spent.quick_resets.saturating_add(1);
         }
-        let mut ledger = Self { spent, stored: record, wanted: None };
+        let mut ledger = Self { spent, stored: record, wanted: None, part_ms: PerLamp::default() };
         ledger.want(Dose(0), Dose(0));
         ledger
     }
@@ -92,29 +99,28 @@ impl DoseLedger {
         &self.spent
     }
 
-    /// Takes note of what is in flash.
-    pub fn stored(&mut self, stored: StoredReservation) {
-        if let Some(record) = self.wanted.take_if(|record| record.sequence == stored.sequence) {
-            self.stored = record;
+    /// Takes note of what is in flash. Tells whether a new day of the ledger has begun with it.
+    pub fn stored(&mut self, stored: StoredReservation) -> bool {
+        let Some(record) = self.wanted.take_if(|record| record.sequence == stored.sequence) else {
+            return false;
+        };
+        self.stored = record;
+        let begins = record.day != self.spent.day;
+        if begins {
+            self.spent.day = record.day;
+            self.spent.day_ms = 0;
+            self.spent.lamps.top.day = Dose(0);
+            self.spent.lamps.bottom.day = Dose(0);
         }
+        begins
     }
 
     /// Books what the lamps have given over a time.
     pub fn book(&mut self, given: PerLamp<Irradiance>, full: PerLamp<Irradiance>, elapsed: Milliseconds) {
-        let spent = &mut self.spent;
-        spent.day_ms = spent.day_ms.saturating_add(elapsed.0);
-        for (account, (given, full)) in [
-            (&mut spent.lamps.top, (given.top, full.top)),
-            (&mut spent.lamps.bottom, (given.bottom, full.bottom)),
-        ] {
-            if given.0 > 0 {
-                let dose = given.over(elapsed);
-                account.day = account.day.plus(dose);
-                account.life = account.life.plus(dose);
-                account.lit_ms = account.lit_ms.saturating_add(u64::from(elapsed.0));
-                account.full_ms = account.full_ms.saturating_add(dose.0 / u64::from(full.0.max(1)));
-            }
-        }
+        self.spent.day_ms = self.spent.day_ms.saturating_add(elapsed.0);
+        let (lamps, parts) = (&mut self.spent.lamps, &mut self.part_ms);
+        book_lamp(&mut lamps.top, &mut parts.top, given.top, full.top, elapsed);
+        book_lamp(&mut lamps.bottom, &mut parts.bottom, given.bottom, full.bottom, elapsed);
     }
 
     /// Asks for a reservation where too little is left for this irradiance.
@@ -143,20 +149,22 @@ impl DoseLedger {
             && covered(&stored.bottom, &spent.bottom, irradiance.bottom)
     }
 
-    /// Begins the ledger's next day when the local day has changed, or 24 powered hours have gone without a clock.
-    /// Tells whether a day began. A clock that goes back does not give a new day.
-    pub fn day(&mut self, local_day: Option<u32>) -> bool {
-        let begins = match local_day {
-            Some(day) => day > self.spent.day,
-            None => self.spent.day_ms >= 86_400_000,
-        };
-        if begins {
-            self.spent.day = local_day.unwrap_or(self.spent.day.saturating_add(1));
-            self.spent.day_ms = 0;
-            self.spent.lamps.top.day = Dose(0);
-            self.spent.lamps.bottom.day = Dose(0);
+    /// Asks for the ledger's next day when the local day has changed, or 24 powered hours have gone: the day begins
+    /// when its first record is in flash, so that a power cut cannot take the new day's dose with it. A clock that
+    /// was set back waits for those 24 hours.
+    pub fn day(&mut self, local_day: Option<u32>) {
+        let changed = local_day.is_some_and(|day| day > self.spent.day);
+        if self.wanted.is_some() || !(changed || self.spent.day_ms >= DAY_MS) {
+            return;
         }
-        begins
+        let reserved = PerLamp::new(self.left(Lamp::Top), self.left(Lamp::Bottom));
+        self.want(reserved.top, reserved.bottom);
+        if let Some(record) = &mut self.wanted {
+            record.day = local_day.filter(|day| *day != record.day).unwrap_or(record.day.saturating_add(1));
+            record.day_ms = 0;
+            record.lamps.top.day = reserved.top;
+            record.lamps.bottom.day = reserved.bottom;
+        }
     }
 
     /// Begins the life of a fresh stack.
@@ -175,6 +183,11 @@ impl DoseLedger {
         }
     }
 
+    /// What of the reservation in flash is not spent yet.
+    fn left(&self, lamp: Lamp) -> Dose {
+        self.stored.lamps.get(lamp).life.minus(self.spent.lamps.get(lamp).life)
+    }
+
     fn want(&mut self, top: Dose, bottom: Dose) {
         let newest = self.wanted.map_or(self.stored.sequence, |record| record.sequence);
         let mut record = self.spent;
@@ -190,3 +203,26 @@ impl DoseLedger {
         self.wanted = Some(record);
     }
 }
+
+fn book_lamp(
+    account: &mut LampAccount,
+    part_ms: &mut u64,
+    given: Irradiance,
+    full: Irradiance,
+    elapsed: Milliseconds,
+) {
+    if given.0 == 0 {
+        return;
+    }
+    let dose = given.over(elapsed);
+    account.day = account.day.plus(dose);
+    account.life = account.life.plus(dose);
+    account.lit_ms = account.lit_ms.saturating_add(u64::from(elapsed.0));
+    let full = u64::from(full.0.max(1));
+    *part_ms = part_ms.saturating_add(dose.0);
+    account.full_ms = account.full_ms.saturating_add(*part_ms / full);
+    *part_ms %= full;
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,10 +1,21 @@
 //! What the firmware holds to whatever a plan or a host says.
 //!
-//! Numbers for 365 nm. The unprotected eye may receive 10 kJ/m² in 8 hours (ICNIRP), which a window of optical
-//! density 2 in front of the stack keeps a tenth of; the remaining numbers are the design values of this
-//! reference exhibit. A plan may ask for less, never for more.
+//! Numbers are for 365 nm, where both lamps lie. A plan may ask for less, never for more.
+//!
+//! | number | source |
+//! |---|---|
+//! | unprotected eye, 315 to 400 nm: 10 kJ/m² in 8 h, 0.347 W/m² on average | ICNIRP 2004, also ACGIH and IEC 62471 4.3.2 (10 W/m² beyond 1,000 s) |
+//! | skin and eye, actinic: 30 J/m² weighted by 1.12e-4 at 365 nm, 27 times looser | ICNIRP's fit |
+//! | design limit in front of the window: 0.035 W/m² at 0.2 m | a tenth of ICNIRP's mean; the window has optical density 2 |
+//! | ceiling 20 W/m² of a hardware ceiling of 50 W/m² a side | this design: working 8 to 10, idle 1 |
+//! | dose 30 kJ/m² a day, 10 MJ/m² a life | this design: placeholders until coupons of the inks have been exposed |
+//! | 10 min lit, 60 s rest | 3 W 365 nm LEDs last 4,480 h (L70) continuously, 19,814 h cycled: Crystals 10, 1083 (2020) |
+//! | boards 60 to 75 °C derated, 80 °C cut; air 40 and 50 °C | this design |
+//! | interlock 20 ms, 500 ms | this design; the contact also opens the lamp supply in hardware, within 10 ms |
+//!
+//! This is a reference design, not a certified safety function.
 
-use crate::units::{CentiCelsius, CentiDegrees, Dose, Irradiance, Milliseconds, Millivolts};
+use crate::units::{CentiCelsius, CentiDegrees, Dose, Irradiance, Level, Milliseconds, Millivolts};
 
 /// The most irradiance of one lamp on its nearest film: 20 W/m². The driver's sense resistor bounds it at 50 W/m².
 pub const CEILING: Irradiance = Irradiance(20_000);
@@ -28,6 +39,8 @@ pub const START_DWELL: Milliseconds = Milliseconds(2_000);
 pub const SENSOR_START: Milliseconds = Milliseconds(6_000);
 /// The fastest change of a lamp over its whole range.
 pub const FASTEST_FADE: Milliseconds = Milliseconds(300);
+/// The time of a cut to the idle floor over a lamp's whole range.
+pub const CUT_FADE: Milliseconds = Milliseconds(2_000);
 
 /// A loop counts as open once it has read open for this long without a closed reading between.
 pub const INTERLOCK_OPEN_AFTER: Milliseconds = Milliseconds(10);
@@ -48,6 +61,24 @@ pub const BOARD_BACK: CentiCelsius = CentiCelsius(6_500);
 pub const ENCLOSURE_WARN: CentiCelsius = CentiCelsius(4_000);
 /// Air in the enclosure at which the lamps are cut.
 pub const ENCLOSURE_CUT: CentiCelsius = CentiCelsius(5_000);
+/// Warm air has cooled below this.
+pub const ENCLOSURE_COOL: CentiCelsius = CentiCelsius(3_800);
+/// Lamps that were cut for the enclosure's air may light again below this.
+pub const ENCLOSURE_BACK: CentiCelsius = CentiCelsius(4_500);
+
+/// More ultraviolet than this many tenths of what the lamps should give is a fault.
+pub const ULTRAVIOLET_BRIGHT_TENTHS: u32 = 13;
+/// Readings up to this part of the sensor's reading under both lamps are never a fault: daylight, noise.
+pub const ULTRAVIOLET_MARGIN_PERCENT: u32 = 5;
+/// Less ultraviolet than this many tenths of what the lamps should give wants service.
+pub const ULTRAVIOLET_DIM_TENTHS: u32 = 7;
+
+/// What remains of a wanted level once nine tenths of the stack's life are used.
+pub const AGED_LEVEL: Level = Level(49_151);
+/// Full-level hours of a lamp at which a notice is given.
+pub const LAMP_NOTICE_H: u16 = 4_000;
+/// Full-level hours of a lamp at which it is due for service.
+pub const LAMP_SERVICE_H: u16 = 10_000;
 
 /// The longest lease of a host's request.
 pub const LONGEST_LEASE: Milliseconds = Milliseconds(24 * 3_600_000);
@@ -58,6 +89,8 @@ pub const WIDEST_VIEW: CentiDegrees = CentiDegrees(8_000);
 pub const SUPPLY_LEAST: Millivolts = Millivolts(21_600);
 /// The most lamp supply: 24 V and 10 %.
 pub const SUPPLY_MOST: Millivolts = Millivolts(26_400);
+/// The supply counts as sound once it has been within its bounds for this long.
+pub const SUPPLY_SETTLED: Milliseconds = Milliseconds(200);
 
 /// The reset count at which the controller latches dark.
 pub const QUICK_RESETS: u8 = 3;

@@ -101,6 +101,8 @@ pub struct LampCalibration {
     pub curve: Vec<CurvePoint, MAX_CURVE>,
     /// What is done below the driver's floor.
     pub below_floor: BelowFloor,
+    /// What the ultraviolet sensor reads under this lamp alone at full level; 0 switches its check off.
+    pub ultraviolet_at_full: Irradiance,
 }
 
 /// Whose view is shown where several viewers stand at different views.
@@ -202,7 +204,12 @@ impl Default for Limits {
 impl Default for LampCalibration {
     /// A lamp of 10 W/m² at full level, driven in proportion to it.
     fn default() -> Self {
-        Self { full_level: Irradiance(10_000), curve: Vec::new(), below_floor: BelowFloor::Cut }
+        Self {
+            full_level: Irradiance(10_000),
+            curve: Vec::new(),
+            below_floor: BelowFloor::Cut,
+            ultraviolet_at_full: Irradiance(0),
+        }
     }
 }
 

@@ -150,7 +150,8 @@ impl Plan {
 }
 
 fn check_lamp(lamp: &LampCalibration) -> Result<(), PlanError> {
-    if lamp.full_level.0 == 0 || lamp.full_level > limits::HARDWARE_CEILING {
+    let measured = lamp.full_level.max(lamp.ultraviolet_at_full);
+    if lamp.full_level.0 == 0 || measured > limits::HARDWARE_CEILING {
         return Err(PlanError::FullLevel);
     }
     let (Some(first), Some(last)) = (lamp.curve.first(), lamp.curve.last()) else {
