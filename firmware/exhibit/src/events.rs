@@ -5,7 +5,7 @@ use core::fmt;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::units::Lamp;
+use crate::units::{Lamp, UtcSeconds};
 
 /// The most events of one step; more are counted, not kept.
 pub const MAX_EVENTS: usize = 16;
@@ -192,6 +192,19 @@ pub enum Event {
     LampHours(Lamp, u16),
     /// A fresh stack was declared.
     NewStack,
+}
+
+/// An event as the log keeps it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LogEntry {
+    /// Its place in the log, from 1; gapless.
+    pub sequence: u32,
+    /// When, if the clock was valid.
+    pub time: Option<UtcSeconds>,
+    /// Seconds since the controller's last start.
+    pub uptime_s: u32,
+    /// What happened.
+    pub event: Event,
 }
 
 /// What changed in one step.

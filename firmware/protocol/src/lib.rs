@@ -65,3 +65,10 @@ pub const VERSION: u16 = 1;
 
 /// The most bytes of a plan in one message.
 pub const MAX_CHUNK: usize = 256;
+
+/// The controller's USB vendor and product numbers, by which a host finds it: pid.codes' pair for tests, to be
+/// replaced by a pair of one's own before boards are sold.
+pub const USB_IDS: (u16, u16) = (0x1209, 0x0001);
+
+/// The controller's USB product name, which tells it from other devices with the same numbers.
+pub const USB_PRODUCT: &str = "Vitrine controller";

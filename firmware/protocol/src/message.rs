@@ -2,7 +2,8 @@
 
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
-use vitrine_exhibit::{events::Event, units::UtcSeconds};
+pub use vitrine_exhibit::events::LogEntry;
+use vitrine_exhibit::units::UtcSeconds;
 
 use crate::{MAX_CHUNK, Refusal, Status, status::ClockState};
 
@@ -127,17 +128,4 @@ pub struct LogPage {
     pub next: u32,
     /// The entries.
     pub entries: Vec<LogEntry, MAX_LOG_ENTRIES>,
-}
-
-/// One event.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LogEntry {
-    /// Its place in the log; gapless.
-    pub sequence: u32,
-    /// When, if the clock was valid.
-    pub time: Option<UtcSeconds>,
-    /// Seconds since the controller's last start.
-    pub uptime_s: u32,
-    /// What happened.
-    pub event: Event,
 }

@@ -7,6 +7,7 @@
 //!
 //! - [`TwoSlots`]: one record in two places, the newest valid one counts. For the plan and the settings.
 //! - [`Ring`]: numbered entries of one size, the newest are kept. For the dose ledger and the event log.
+//! - [`Ledger`], [`EventLog`]: those two, with their own types.
 //! - [`map`]: where each lies.
 #![no_std]
 #![forbid(unsafe_code)]
@@ -18,6 +19,8 @@
 #[cfg(any(test, feature = "mock"))]
 extern crate std;
 
+mod ledger;
+mod log;
 pub mod map;
 #[cfg(any(test, feature = "mock"))]
 pub mod mock;
@@ -26,6 +29,8 @@ mod slots;
 #[cfg(test)]
 mod tests;
 
+pub use ledger::Ledger;
+pub use log::EventLog;
 pub use ring::{Opened, Ring, RingPosition};
 pub use slots::{Record, TwoSlots, Writer};
 

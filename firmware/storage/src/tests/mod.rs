@@ -2,6 +2,7 @@
 
 mod ring;
 mod slots;
+mod typed;
 
 /// How many of the possible cuts are tried: every n-th, starting elsewhere for each record. 1 tries all;
 /// `VITRINE_CUT_STRIDE` sets it.

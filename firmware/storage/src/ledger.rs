@@ -1,0 +1,41 @@
+//! The dose ledger in flash: each record holds all totals, the newest valid one counts.
+
+use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
+use vitrine_exhibit::ledger::LedgerRecord;
+
+use crate::{
+    Error, Opened, RingPosition,
+    map::{LEDGER, LEDGER_ENTRY_BYTES},
+};
+
+/// The dose ledger's place in flash.
+#[derive(Clone, Copy, Debug)]
+pub struct Ledger {
+    position: RingPosition,
+}
+
+impl Ledger {
+    /// Finds the newest record, to be done once after the start.
+    pub fn open<F: ReadNorFlash>(flash: &mut F) -> Result<(Self, Option<LedgerRecord>), Error<F::Error>> {
+        let Opened { position, newest } = LEDGER.open(flash)?;
+        let record = newest.and_then(|bytes| postcard::from_bytes(&bytes).ok());
+        Ok((Self { position }, record))
+    }
+
+    /// Whether the next record erases a sector, which stops the processor for a while.
+    pub const fn will_erase(&self) -> bool {
+        LEDGER.will_erase(&self.position)
+    }
+
+    /// Stores a record. When it returns, the record survives a power cut.
+    pub fn store<F: NorFlash>(
+        &mut self,
+        flash: &mut F,
+        record: &LedgerRecord,
+    ) -> Result<(), Error<F::Error>> {
+        let mut bytes = [0; LEDGER_ENTRY_BYTES];
+        let most = LEDGER_ENTRY_BYTES as u32;
+        postcard::to_slice(record, &mut bytes).map_err(|_| Error::TooLong { most })?;
+        LEDGER.append(flash, &mut self.position, &bytes).map(|_| ())
+    }
+}

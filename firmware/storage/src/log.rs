@@ -1,0 +1,66 @@
+//! The event log in flash: numbered from 1 without gaps, the newest entries are kept.
+
+use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
+use vitrine_exhibit::{
+    events::{Event, LogEntry},
+    units::UtcSeconds,
+};
+
+use crate::{
+    Error, RingPosition,
+    map::{LOG, LOG_ENTRY_BYTES},
+};
+
+/// The event log's place in flash.
+#[derive(Clone, Copy, Debug)]
+pub struct EventLog {
+    position: RingPosition,
+}
+
+impl EventLog {
+    /// Finds the newest entry, to be done once after the start.
+    pub fn open<F: ReadNorFlash>(flash: &mut F) -> Result<Self, Error<F::Error>> {
+        LOG.open(flash).map(|opened| Self { position: opened.position })
+    }
+
+    /// The oldest entry kept; [`EventLog::next`] if there is none.
+    pub const fn oldest(&self) -> u32 {
+        self.position.oldest()
+    }
+
+    /// The number that the next entry gets.
+    pub const fn next(&self) -> u32 {
+        self.position.next()
+    }
+
+    /// Whether the next entry erases a sector, which stops the processor for a while.
+    pub const fn will_erase(&self) -> bool {
+        LOG.will_erase(&self.position)
+    }
+
+    /// Adds an event; gives its number.
+    pub fn append<F: NorFlash>(
+        &mut self,
+        flash: &mut F,
+        time: Option<UtcSeconds>,
+        uptime_s: u32,
+        event: Event,
+    ) -> Result<u32, Error<F::Error>> {
+        let mut bytes = [0; LOG_ENTRY_BYTES];
+        let most = LOG_ENTRY_BYTES as u32;
+        postcard::to_slice(&(time, uptime_s, event), &mut bytes).map_err(|_| Error::TooLong { most })?;
+        LOG.append(flash, &mut self.position, &bytes)
+    }
+
+    /// Reads an entry; none if it is no longer kept, or was written by a firmware with other events.
+    pub fn read<F: ReadNorFlash>(
+        &self,
+        flash: &mut F,
+        sequence: u32,
+    ) -> Result<Option<LogEntry>, Error<F::Error>> {
+        let entry = LOG.read(flash, &self.position, sequence)?;
+        Ok(entry
+            .and_then(|bytes| postcard::from_bytes(&bytes).ok())
+            .map(|(time, uptime_s, event)| LogEntry { sequence, time, uptime_s, event }))
+    }
+}
