@@ -3,7 +3,9 @@
 
 pub mod build_folder;
 pub mod config;
+pub mod controller;
 pub mod design;
+pub mod link;
 pub mod measure;
 pub mod optics;
 pub mod picture;

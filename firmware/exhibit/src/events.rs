@@ -194,6 +194,21 @@ pub enum Event {
     NewStack,
 }
 
+impl Event {
+    /// Tells whether the log keeps this event. What comes and goes with every visitor and every fade is not kept: it
+    /// would push out what a technician looks for.
+    pub const fn is_kept(self) -> bool {
+        !matches!(
+            self,
+            Self::ViewChosen(_)
+                | Self::ViewerCame
+                | Self::ViewersGone
+                | Self::CutBegan(_, Cut::Slew | Cut::BelowFloor)
+                | Self::CutEnded(_, Cut::Slew | Cut::BelowFloor)
+        )
+    }
+}
+
 /// An event as the log keeps it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LogEntry {

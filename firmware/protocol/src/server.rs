@@ -145,6 +145,7 @@ struct Upload {
     crc: u32,
     received: u32,
     heard_at_ms: u64,
+    abandoned: bool,
 }
 
 /// Answers the requests of all links.
@@ -170,6 +171,15 @@ impl Server {
             let refusal: Reply = Err(Refusal::AnswerTooLarge);
             frame::encode(incoming.sequence, &refusal).unwrap_or_default()
         })
+    }
+
+    /// Takes note that the host on a link has gone: another may go on with its upload at once.
+    pub const fn link_closed(&mut self, link: u8) {
+        if let Some(upload) = &mut self.upload
+            && upload.link == link
+        {
+            upload.abandoned = true;
+        }
     }
 
     fn respond<C: Controller>(
@@ -218,20 +228,21 @@ impl Server {
     ) -> Reply {
         if let Some(upload) = &mut self.upload {
             let silence_ms = now_ms.saturating_sub(upload.heard_at_ms);
-            if upload.link != link && silence_ms < UPLOAD_SILENCE_MS {
+            if upload.link != link && !upload.abandoned && silence_ms < UPLOAD_SILENCE_MS {
                 let left_ms = u32::try_from(UPLOAD_SILENCE_MS - silence_ms).unwrap_or(u32::MAX);
                 return Err(Refusal::OtherUpload { retry: Milliseconds(left_ms) });
             }
             if upload.length == length && upload.crc == crc {
                 upload.link = link;
                 upload.heard_at_ms = now_ms;
+                upload.abandoned = false;
                 return Ok(Response::Upload { received: upload.received });
             }
         }
         self.upload = None;
         self.committed = None;
         controller.begin_plan(length)?;
-        self.upload = Some(Upload { link, length, crc, received: 0, heard_at_ms: now_ms });
+        self.upload = Some(Upload { link, length, crc, received: 0, heard_at_ms: now_ms, abandoned: false });
         Ok(Response::Upload { received: 0 })
     }
 

@@ -246,6 +246,19 @@ fn a_second_host_waits_for_silence_and_goes_on_where_the_first_stopped() {
 }
 
 #[test]
+fn a_host_that_has_gone_leaves_its_upload_to_the_next() {
+    let mut bench = Bench::new(3);
+    let plan = bytes(600);
+    bench.begin(0, &plan).expect("begun");
+    bench.chunk(0, &plan, 0..256).expect("accepted");
+    bench.server.link_closed(2);
+    assert!(matches!(bench.begin(1, &plan), Err(Refusal::OtherUpload { .. })));
+    bench.server.link_closed(0);
+    assert_eq!(bench.begin(1, &plan), received(256));
+    assert!(matches!(bench.begin(2, &plan), Err(Refusal::OtherUpload { .. })));
+}
+
+#[test]
 fn leases_are_neither_zero_nor_endless() {
     let mut bench = Bench::new(1);
     let refused = Err(Refusal::Lease { most: LONGEST_LEASE });

@@ -1,0 +1,166 @@
+//! The controller's flash in memory, or in a file that every write reaches at once.
+
+use std::{
+    fs::{File, OpenOptions, TryLockError},
+    io::{self, Read, Seek, SeekFrom, Write},
+    path::{Path, PathBuf},
+};
+
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use miette::Diagnostic;
+use thiserror::Error;
+use vitrine_storage::map::{FLASH_BYTES, IMAGE_END, SECTOR_BYTES};
+
+/// The part behind the firmware's image.
+const BYTES: usize = (FLASH_BYTES - IMAGE_END) as usize;
+
+/// Why a flash file cannot be used.
+#[derive(Debug, Error, Diagnostic)]
+pub enum FlashError {
+    /// Another controller has it.
+    #[error("{} is in use by another simulated controller", path.display())]
+    #[diagnostic(code(vitrine::controller::flash_busy), help("stop that one, or give this one another file"))]
+    Busy {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It is no flash file.
+    #[error("{} is no flash file: it has {length} bytes instead of {BYTES}", path.display())]
+    #[diagnostic(
+        code(vitrine::controller::flash_size),
+        help("give the path of a new file, or of one that `vitrine controller` wrote")
+    )]
+    Size {
+        /// The file.
+        path: PathBuf,
+        /// Its length.
+        length: usize,
+    },
+    /// The operating system refuses.
+    #[error("the flash file {} cannot be used", path.display())]
+    #[diagnostic(
+        code(vitrine::controller::flash_file),
+        help("is its folder there, and may you write to it?")
+    )]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+}
+
+/// The flash behind the firmware's image: plan, settings, ledger and log.
+#[derive(Debug)]
+pub struct FlashFile {
+    bytes: Vec<u8>,
+    file: Option<File>,
+}
+
+impl FlashFile {
+    /// Erased flash in memory.
+    pub fn in_memory() -> Self {
+        Self { bytes: vec![0xff; BYTES], file: None }
+    }
+
+    /// Flash in a file, for this program alone; a new file is erased flash.
+    ///
+    /// # Errors
+    /// Where the file is in use, is something else, or cannot be read and written.
+    pub fn open(path: &Path) -> Result<Self, FlashError> {
+        let failed = |source| FlashError::File { path: path.to_owned(), source };
+        let mut file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path)
+            .map_err(failed)?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(FlashError::Busy { path: path.to_owned() }),
+            Err(TryLockError::Error(source)) => return Err(failed(source)),
+        }
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(failed)?;
+        if bytes.is_empty() {
+            bytes = vec![0xff; BYTES];
+            file.write_all(&bytes).map_err(failed)?;
+        }
+        if bytes.len() != BYTES {
+            return Err(FlashError::Size { path: path.to_owned(), length: bytes.len() });
+        }
+        Ok(Self { bytes, file: Some(file) })
+    }
+
+    fn range(address: u32, length: usize) -> Result<std::ops::Range<usize>, WriteError> {
+        let start = address.checked_sub(IMAGE_END).ok_or(WriteError::OutOfBounds)? as usize;
+        let end = start.checked_add(length).filter(|end| *end <= BYTES).ok_or(WriteError::OutOfBounds)?;
+        Ok(start..end)
+    }
+
+    fn write_through(&mut self, range: std::ops::Range<usize>) -> Result<(), WriteError> {
+        if let Some(file) = &mut self.file {
+            file.seek(SeekFrom::Start(range.start as u64)).map_err(|_| WriteError::File)?;
+            file.write_all(&self.bytes[range]).map_err(|_| WriteError::File)?;
+        }
+        Ok(())
+    }
+}
+
+/// Why flash could not be read or written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WriteError {
+    /// Not within the flash, or not on a sector's edge.
+    OutOfBounds,
+    /// The file did not take the bytes.
+    File,
+}
+
+impl NorFlashError for WriteError {
+    fn kind(&self) -> NorFlashErrorKind {
+        match self {
+            Self::OutOfBounds => NorFlashErrorKind::OutOfBounds,
+            Self::File => NorFlashErrorKind::Other,
+        }
+    }
+}
+
+impl ErrorType for FlashFile {
+    type Error = WriteError;
+}
+
+impl ReadNorFlash for FlashFile {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), WriteError> {
+        bytes.copy_from_slice(&self.bytes[Self::range(offset, bytes.len())?]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        FLASH_BYTES as usize
+    }
+}
+
+impl NorFlash for FlashFile {
+    const WRITE_SIZE: usize = 1;
+    const ERASE_SIZE: usize = SECTOR_BYTES as usize;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), WriteError> {
+        if !from.is_multiple_of(SECTOR_BYTES) || !to.is_multiple_of(SECTOR_BYTES) || to < from {
+            return Err(WriteError::OutOfBounds);
+        }
+        let range = Self::range(from, (to - from) as usize)?;
+        self.bytes[range.clone()].fill(0xff);
+        self.write_through(range)
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), WriteError> {
+        let range = Self::range(offset, bytes.len())?;
+        for (place, value) in self.bytes[range.clone()].iter_mut().zip(bytes) {
+            *place &= value;
+        }
+        self.write_through(range)
+    }
+}

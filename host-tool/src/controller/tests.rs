@@ -1,0 +1,88 @@
+use vitrine_exhibit::{units::Level, viewer::Bearing};
+
+use super::{Clock, FlashFile, Viewer, VirtualController, Walk, thermal_frames};
+use crate::link::tests::plan_bytes;
+use vitrine_protocol::{Controller, plan_file};
+
+fn with_plan() -> VirtualController {
+    let mut controller = VirtualController::new(FlashFile::in_memory(), Clock::Computer).expect("readable");
+    let plan = plan_bytes("Three photographs");
+    controller.begin_plan(plan.len() as u32).expect("begun");
+    controller.append_plan(&plan).expect("written");
+    controller.commit_plan(plan_file::crc(&plan)).expect("committed");
+    controller
+}
+
+#[test]
+fn an_empty_room_looks_alike_to_both_sensors() {
+    let [left, right] = thermal_frames(None);
+    assert_eq!(left.pixels, right.pixels);
+    assert!(left.pixels.iter().all(|pixel| *pixel == 88));
+}
+
+#[test]
+fn a_viewer_is_warm_where_the_viewer_is() {
+    let [left, right] = thermal_frames(Some(Viewer::at(Bearing::new(2_500, 800))));
+    assert!(left.pixels.iter().all(|pixel| *pixel == 88), "beyond the left sensor's edge");
+    let warmest = (0..64).max_by_key(|pixel| right.pixels[*pixel]).expect("pixels");
+    assert!((3..=4).contains(&(warmest % 8)), "in the middle of the right sensor: {:?}", right.pixels);
+    assert!(right.pixels[8 * 2..8 * 3].iter().all(|pixel| *pixel == 88), "nothing above the head");
+}
+
+#[test]
+fn the_lamps_follow_a_visitor_and_go_dark_when_nobody_is_left() {
+    let mut controller = with_plan();
+    controller.set_walk(Walk::back_and_forth());
+    let mut shown = Vec::new();
+    for _ in 0..600 {
+        controller.advance(100);
+        let view = controller.snapshot().view;
+        if controller.lamps().bottom != Level::OFF && view.is_some() && shown.last() != Some(&view) {
+            shown.push(view);
+        }
+    }
+    assert_eq!(shown, [Some(0), Some(1), Some(2), Some(1), Some(0)]);
+    controller.set_viewer(None);
+    controller.advance(20 * 60_000);
+    assert_eq!(controller.lamps(), vitrine_exhibit::units::PerLamp::default());
+}
+
+#[test]
+fn a_walk_is_straight_between_its_stations_and_repeats() {
+    let at = |horizontal| Some(Viewer::at(Bearing::new(horizontal, 0)));
+    let walk = Walk::new(vec![(0, None), (1_000, at(-1_000)), (3_000, at(1_000)), (4_000, None)], true);
+    assert_eq!(walk.at(500), None);
+    assert_eq!(walk.at(1_000), at(-1_000));
+    assert_eq!(walk.at(2_500), at(500));
+    assert_eq!(walk.at(3_500), at(1_000));
+    assert_eq!(walk.at(4_500), None);
+    assert_eq!(walk.at(6_500), at(500));
+    assert_eq!(Walk::nobody().at(5), None);
+}
+
+#[test]
+fn time_passes_alike_in_small_and_in_large_pieces() {
+    let (mut small, mut large) = (with_plan(), with_plan());
+    for controller in [&mut small, &mut large] {
+        controller.set_walk(Walk::back_and_forth());
+    }
+    (0..3_000).for_each(|_| small.advance(7));
+    large.advance(21_000);
+    assert_eq!(small.time_ms(), large.time_ms());
+    assert_eq!(small.snapshot().levels, large.snapshot().levels);
+}
+
+#[test]
+fn boards_warm_up_under_the_lamps() {
+    let mut controller = with_plan();
+    let cold = controller.surroundings.boards().bottom;
+    controller
+        .set_walk(Walk::new(vec![(0, None), (5_000, Some(Viewer::at(Bearing::new(3_000, 500))))], false));
+    controller.advance(120_000);
+    let warm = controller.surroundings.boards();
+    let celsius = |reading: Option<vitrine_exhibit::inputs::TemperatureReading>| {
+        reading.and_then(vitrine_exhibit::inputs::TemperatureReading::celsius).expect("a temperature")
+    };
+    assert!(celsius(warm.bottom).0 > celsius(cold).0 + 500);
+    assert!(celsius(warm.bottom) > celsius(warm.top));
+}

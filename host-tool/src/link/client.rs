@@ -1,0 +1,313 @@
+//! A host's side of the protocol: one question, one answer.
+
+use std::{
+    fmt, thread,
+    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
+};
+
+use vitrine_exhibit::{
+    inputs,
+    units::{Milliseconds, UtcSeconds},
+};
+use vitrine_protocol::{
+    Deframer, FINGERPRINT, Hello, Refusal, Request, Response, Status, VERSION,
+    frame::{self, Frame},
+    message::{LogEntry, LogPage, Reply},
+    status::ClockState,
+};
+
+use super::{Address, LinkError, Transport, transport};
+
+/// How long one try of a request waits for its answer: an erase of flash takes up to 0.4 s.
+const PATIENCE: Duration = Duration::from_millis(1_500);
+/// How long the first greeting waits.
+const GREETING_PATIENCE: Duration = Duration::from_millis(700);
+/// How often a request is sent before the controller counts as silent.
+const TRIES: u32 = 4;
+/// How long a request is repeated that the controller puts off.
+const PUT_OFF_AT_MOST: Duration = Duration::from_secs(20);
+
+/// A connection to a controller that has greeted in this program's version.
+pub struct Client {
+    address: Address,
+    transport: Box<dyn Transport>,
+    deframer: Deframer,
+    unread: Vec<u8>,
+    sequence: u16,
+    hello: Hello,
+}
+
+impl fmt::Debug for Client {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Client").field("address", &self.address).field("hello", &self.hello).finish()
+    }
+}
+
+impl Client {
+    /// Opens the port and greets.
+    ///
+    /// # Errors
+    /// Where the port cannot be opened, or what is there is no controller or one of another version.
+    pub fn open(address: &Address) -> Result<Self, LinkError> {
+        Self::over(address.clone(), transport::open(address)?)
+    }
+
+    /// Greets over an open transport. `address` is for messages.
+    ///
+    /// # Errors
+    /// Where what is there is no controller or one of another version.
+    pub fn over(address: Address, transport: Box<dyn Transport>) -> Result<Self, LinkError> {
+        let mut client = Self {
+            address,
+            transport,
+            deframer: Deframer::new(),
+            unread: Vec::new(),
+            sequence: first_sequence(),
+            hello: Hello {
+                version: 0,
+                fingerprint: 0,
+                serial_number: heapless::String::new(),
+                firmware: heapless::String::new(),
+                name: heapless::String::new(),
+            },
+        };
+        client.hello = client.greet()?;
+        Ok(client)
+    }
+
+    /// Where the controller is.
+    pub const fn address(&self) -> &Address {
+        &self.address
+    }
+
+    /// How the controller greeted.
+    pub const fn hello(&self) -> &Hello {
+        &self.hello
+    }
+
+    /// How is the exhibit?
+    ///
+    /// # Errors
+    /// Those of the link.
+    pub fn status(&mut self) -> Result<Status, LinkError> {
+        match self.ask(&Request::Status)? {
+            Response::Status(status) => Ok(status),
+            _ => Err(self.wrong_answer()),
+        }
+    }
+
+    /// What time is it there?
+    ///
+    /// # Errors
+    /// Those of the link.
+    pub fn clock(&mut self) -> Result<ClockState, LinkError> {
+        match self.ask(&Request::Clock)? {
+            Response::Clock(clock) => Ok(clock),
+            _ => Err(self.wrong_answer()),
+        }
+    }
+
+    /// Sets the controller's clock.
+    ///
+    /// # Errors
+    /// Those of the link, and the controller's refusal.
+    pub fn set_clock(&mut self, now: UtcSeconds) -> Result<ClockState, LinkError> {
+        match self.ask(&Request::SetClock { now })? {
+            Response::Clock(clock) => Ok(clock),
+            _ => Err(self.wrong_answer()),
+        }
+    }
+
+    /// Shows one view, from 0, whoever stands where, until the lease ends.
+    ///
+    /// # Errors
+    /// Those of the link, and the controller's refusal.
+    pub fn hold(&mut self, view: u8, lease: Milliseconds) -> Result<(), LinkError> {
+        self.tell(inputs::Request::Hold { view, lease })
+    }
+
+    /// Keeps both lamps off until the lease ends.
+    ///
+    /// # Errors
+    /// Those of the link, and the controller's refusal.
+    pub fn dark(&mut self, lease: Milliseconds) -> Result<(), LinkError> {
+        self.tell(inputs::Request::Dark { lease })
+    }
+
+    /// Lights the exhibit outside the schedule's hours until the lease ends.
+    ///
+    /// # Errors
+    /// Those of the link, and the controller's refusal.
+    pub fn open_outside_hours(&mut self, lease: Milliseconds) -> Result<(), LinkError> {
+        self.tell(inputs::Request::Open { lease })
+    }
+
+    /// Ends what a host asked for.
+    ///
+    /// # Errors
+    /// Those of the link.
+    pub fn release(&mut self) -> Result<(), LinkError> {
+        self.tell(inputs::Request::Release)
+    }
+
+    /// Re-arms after a latched fault or an opened interlock.
+    ///
+    /// # Errors
+    /// Those of the link, and the controller's refusal where the cause is still there.
+    pub fn rearm(&mut self) -> Result<(), LinkError> {
+        self.tell(inputs::Request::Rearm)
+    }
+
+    /// Declares that a fresh stack stands in the exhibit.
+    ///
+    /// # Errors
+    /// Those of the link.
+    pub fn new_stack(&mut self) -> Result<(), LinkError> {
+        self.tell(inputs::Request::NewStack)
+    }
+
+    /// Reads a piece of the event log, from this entry on.
+    ///
+    /// # Errors
+    /// Those of the link.
+    pub fn log_page(&mut self, from: u32) -> Result<LogPage, LinkError> {
+        match self.ask(&Request::ReadLog { from })? {
+            Response::Log(page) => Ok(page),
+            _ => Err(self.wrong_answer()),
+        }
+    }
+
+    /// Reads the event log from this entry on to its end, oldest first.
+    ///
+    /// # Errors
+    /// Those of the link.
+    pub fn log(&mut self, from: u32) -> Result<Vec<LogEntry>, LinkError> {
+        let mut entries = Vec::new();
+        let mut next = from;
+        loop {
+            let page = self.log_page(next)?;
+            let Some(last) = page.entries.last() else { return Ok(entries) };
+            next = last.sequence.saturating_add(1);
+            entries.extend_from_slice(&page.entries);
+            if next >= page.next {
+                return Ok(entries);
+            }
+        }
+    }
+
+    /// Asks, waits, asks again; waits where the controller puts the request off.
+    pub(super) fn ask(&mut self, request: &Request) -> Result<Response, LinkError> {
+        let begun = Instant::now();
+        loop {
+            match self.exchange(request, PATIENCE)? {
+                Ok(response) => return Ok(response),
+                Err(refusal) => match refusal.retry() {
+                    Some(wait) if begun.elapsed() < PUT_OFF_AT_MOST => {
+                        thread::sleep(Duration::from_millis(wait.0.clamp(1, 2_000).into()));
+                    }
+                    _ => return Err(LinkError::Refused { address: self.address.clone(), refusal }),
+                },
+            }
+        }
+    }
+
+    pub(super) fn wrong_answer(&self) -> LinkError {
+        LinkError::WrongAnswer { address: self.address.clone() }
+    }
+
+    fn tell(&mut self, request: inputs::Request) -> Result<(), LinkError> {
+        match self.ask(&Request::Exhibit(request))? {
+            Response::Done => Ok(()),
+            _ => Err(self.wrong_answer()),
+        }
+    }
+
+    fn greet(&mut self) -> Result<Hello, LinkError> {
+        let request = Request::Hello { version: VERSION, fingerprint: FINGERPRINT };
+        let address = self.address.clone();
+        let hello = match self.exchange(&request, GREETING_PATIENCE) {
+            Ok(Ok(Response::Hello(hello))) => hello,
+            Ok(Err(refusal @ Refusal::TooManyRequests { .. })) => {
+                return Err(LinkError::Refused { address, refusal });
+            }
+            Ok(_) | Err(LinkError::Silent { .. } | LinkError::WrongAnswer { .. }) => {
+                return Err(LinkError::NotOurs { address });
+            }
+            Err(error) => return Err(error),
+        };
+        if hello.version != VERSION {
+            return Err(LinkError::OtherVersion { address, hello: Box::new(hello) });
+        }
+        if hello.fingerprint != FINGERPRINT {
+            return Err(LinkError::OtherBuild { address, hello: Box::new(hello) });
+        }
+        Ok(hello)
+    }
+
+    /// Sends a request until its answer comes, with the same sequence number each time.
+    fn exchange(&mut self, request: &Request, patience: Duration) -> Result<Reply, LinkError> {
+        self.sequence = self.sequence.wrapping_add(1);
+        let frame = frame::encode(self.sequence, request).map_err(|_| self.wrong_answer())?;
+        for attempt in 0..TRIES {
+            self.send(&frame, attempt > 0 || matches!(request, Request::Hello { .. }))?;
+            if let Some(reply) = self.await_reply(patience)? {
+                return Ok(reply);
+            }
+        }
+        let seconds = (patience * TRIES).as_secs_f64();
+        Err(LinkError::Silent { address: self.address.clone(), seconds })
+    }
+
+    /// Sends a frame; a 0x00 before it ends what was left unfinished.
+    fn send(&mut self, frame: &Frame, on_a_fresh_start: bool) -> Result<(), LinkError> {
+        let mut bytes = Vec::with_capacity(frame.len() + 1);
+        if on_a_fresh_start {
+            bytes.push(0);
+        }
+        bytes.extend_from_slice(frame);
+        self.transport
+            .send(&bytes)
+            .map_err(|source| LinkError::Lost { address: self.address.clone(), source })
+    }
+
+    /// Waits for the answer to the last request; other answers and noise are passed over.
+    fn await_reply(&mut self, patience: Duration) -> Result<Option<Reply>, LinkError> {
+        let deadline = Instant::now() + patience;
+        loop {
+            if let Some(reply) = self.next_reply() {
+                return reply.ok_or_else(|| self.wrong_answer()).map(Some);
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Ok(None);
+            }
+            let mut bytes = [0; 512];
+            let count = self
+                .transport
+                .receive(&mut bytes, left)
+                .map_err(|source| LinkError::Lost { address: self.address.clone(), source })?;
+            self.unread.extend_from_slice(&bytes[..count]);
+        }
+    }
+
+    /// The next answer with the current sequence number among the bytes received; `Some(None)` if it is unreadable.
+    fn next_reply(&mut self) -> Option<Option<Reply>> {
+        let mut unread = std::mem::take(&mut self.unread).into_iter();
+        while let Some(byte) = unread.next() {
+            let Some(Ok(body)) = self.deframer.push(byte) else { continue };
+            if frame::decode_sequence(body) != Some(self.sequence) {
+                continue;
+            }
+            let reply = frame::decode::<Reply>(body).map(|(_, reply)| reply);
+            self.unread = unread.collect();
+            return Some(reply);
+        }
+        None
+    }
+}
+
+/// A first sequence number that the last program on this port hardly used.
+fn first_sequence() -> u16 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    (now.subsec_nanos() >> 4) as u16
+}

@@ -1,0 +1,129 @@
+//! Sending a plan, and reading it back.
+
+use vitrine_protocol::{
+    MAX_CHUNK, Refusal, Request, Response,
+    message::Chunk,
+    plan_file::{self, MAX_PLAN_BYTES},
+};
+
+use super::{Client, LinkError};
+
+/// What is being done with the plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// The plan is sent.
+    Sending,
+    /// The controller verifies it and makes it the active one.
+    Committing,
+    /// The active plan is read back and compared.
+    ReadingBack,
+}
+
+/// How far an upload has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// What is being done.
+    pub stage: Stage,
+    /// Bytes done in this stage.
+    pub done: usize,
+    /// Bytes in all.
+    pub total: usize,
+}
+
+impl Client {
+    /// Sends a plan (`plan.bin`), has it verified and made active, reads it back and compares. The old plan stays
+    /// active until the controller has verified the new one. An upload that broke off is continued.
+    ///
+    /// # Errors
+    /// Those of the link, the controller's refusal, and a difference in what is read back.
+    pub fn upload(&mut self, plan: &[u8], progress: &mut dyn FnMut(Progress)) -> Result<(), LinkError> {
+        let total = plan.len();
+        if total == 0 || total > MAX_PLAN_BYTES {
+            return Err(LinkError::PlanLength { length: total, most: MAX_PLAN_BYTES });
+        }
+        let crc = plan_file::crc(plan);
+        if let Err(error) = self.send_and_commit(plan, crc, progress) {
+            // What another host left may be damaged; then the whole plan is sent once more.
+            if !matches!(error, LinkError::Refused { refusal: Refusal::Checksum { .. }, .. }) {
+                return Err(error);
+            }
+            self.send_and_commit(plan, crc, progress)?;
+        }
+        let read = self.read_plan_with(&mut |done| {
+            progress(Progress { stage: Stage::ReadingBack, done, total });
+        })?;
+        match first_difference(plan, &read) {
+            None => Ok(()),
+            Some(offset) => Err(LinkError::ReadBack { address: self.address().clone(), offset }),
+        }
+    }
+
+    /// Reads the active plan.
+    ///
+    /// # Errors
+    /// Those of the link, and [`Refusal::NoPlan`].
+    pub fn read_plan(&mut self) -> Result<Vec<u8>, LinkError> {
+        self.read_plan_with(&mut |_| {})
+    }
+
+    fn send_and_commit(
+        &mut self,
+        plan: &[u8],
+        crc: u32,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<(), LinkError> {
+        let total = plan.len();
+        let mut sent = self.upload_step(&Request::BeginUpload { length: total as u32, crc })?;
+        while sent < total {
+            progress(Progress { stage: Stage::Sending, done: sent, total });
+            let part = &plan[sent..total.min(sent + MAX_CHUNK)];
+            let bytes = Chunk::from_slice(part).map_err(|_| self.wrong_answer())?;
+            let received = self.upload_step(&Request::UploadChunk { offset: sent as u32, bytes })?;
+            if received <= sent || received > total {
+                return Err(self.wrong_answer());
+            }
+            sent = received;
+        }
+        progress(Progress { stage: Stage::Committing, done: total, total });
+        match self.ask(&Request::CommitUpload { crc })? {
+            Response::Committed { crc: active } if active == crc => Ok(()),
+            _ => Err(self.wrong_answer()),
+        }
+    }
+
+    fn upload_step(&mut self, request: &Request) -> Result<usize, LinkError> {
+        match self.ask(request)? {
+            Response::Upload { received } => Ok(received as usize),
+            _ => Err(self.wrong_answer()),
+        }
+    }
+
+    fn read_plan_with(&mut self, progress: &mut dyn FnMut(usize)) -> Result<Vec<u8>, LinkError> {
+        let mut plan = Vec::new();
+        loop {
+            progress(plan.len());
+            let wanted = plan.len() as u32;
+            match self.ask(&Request::ReadPlan { offset: wanted })? {
+                Response::PlanPart { length, offset, bytes } if offset == wanted => {
+                    if bytes.is_empty() || plan.len() >= length as usize {
+                        return Ok(plan);
+                    }
+                    plan.extend_from_slice(&bytes);
+                    if plan.len() >= length as usize {
+                        progress(plan.len());
+                        return Ok(plan);
+                    }
+                }
+                _ => return Err(self.wrong_answer()),
+            }
+        }
+    }
+}
+
+fn first_difference(sent: &[u8], read: &[u8]) -> Option<usize> {
+    let shared = sent.len().min(read.len());
+    sent.iter()
+        .zip(read)
+        .position(|(sent, read)| sent != read)
+        .or_else(|| (sent.len() != read.len()).then_some(shared))
+}
