@@ -21,7 +21,7 @@ use vitrine_protocol::{
 };
 use vitrine_storage::{EventLog, Ledger, Record, Writer, map::PLAN};
 
-use super::{FlashFile, Surroundings, Viewer, Walk, thermal_frames};
+use super::{FlashFile, Noise, Surroundings, Viewer, Walk, thermal_frames};
 
 /// The time of one step.
 const STEP_MS: u32 = 10;
@@ -67,6 +67,7 @@ pub struct VirtualController {
     last_correction_s: Option<i32>,
     walk: Walk,
     viewer: Option<Option<Viewer>>,
+    noise: Noise,
     damaged_frames: u32,
     /// Interlock, supply, temperatures and staff key.
     pub surroundings: Surroundings,
@@ -100,6 +101,7 @@ impl VirtualController {
             last_correction_s: None,
             walk: Walk::nobody(),
             viewer: None,
+            noise: Noise::new(),
             damaged_frames: 0,
             surroundings: Surroundings::new(),
         };
@@ -175,7 +177,8 @@ impl VirtualController {
     fn step(&mut self) {
         self.time_ms += u64::from(STEP_MS);
         let viewer = self.viewer.unwrap_or_else(|| self.walk.at(self.time_ms));
-        let frames = self.time_ms.is_multiple_of(FRAME_EVERY_MS).then(|| thermal_frames(viewer));
+        let frames =
+            self.time_ms.is_multiple_of(FRAME_EVERY_MS).then(|| thermal_frames(viewer, &mut self.noise));
         let requests = std::mem::take(&mut self.requests);
         let inputs = Inputs {
             plan: self.plan.as_ref().map(|active| &active.plan),

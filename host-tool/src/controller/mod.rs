@@ -13,7 +13,7 @@ mod surroundings;
 
 pub use flash::{FlashError, FlashFile};
 pub use machine::{Clock, VirtualController};
-pub use room::{Viewer, Walk, thermal_frames};
+pub use room::{Noise, Viewer, Walk, thermal_frames};
 pub use serve::{DEFAULT_PORT, Pace, ServeError, Served, serve};
 pub use surroundings::Surroundings;
 

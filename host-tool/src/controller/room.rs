@@ -18,6 +18,9 @@ const PIXEL: f64 = 7.5;
 /// Parts of a pixel over which the viewer's share of it is summed, in each direction.
 const PARTS: usize = 5;
 
+/// Standard deviation of a pixel's noise, in quarters of a degree: 0.16 °C. A sensor without noise counts as frozen.
+const NOISE: f64 = 0.64;
+
 /// Somebody in front of the stack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewer {
@@ -34,14 +37,54 @@ impl Viewer {
     }
 }
 
+/// The sensors' noise; the same from run to run.
+#[derive(Clone, Debug)]
+pub struct Noise {
+    state: u64,
+    deviation: f64,
+}
+
+impl Noise {
+    /// Noise as the sensors have it.
+    pub const fn new() -> Self {
+        Self { state: 0, deviation: NOISE }
+    }
+
+    /// No noise.
+    pub const fn none() -> Self {
+        Self { state: 0, deviation: 0.0 }
+    }
+
+    /// The next value in quarters of a degree: the sum of four uniform numbers, scaled to the deviation.
+    fn next(&mut self) -> f64 {
+        let sum: f64 = (0..4).map(|_| self.uniform() - 0.5).sum();
+        sum * 3.0_f64.sqrt() * self.deviation
+    }
+
+    /// SplitMix64, as a number from 0 to 1.
+    fn uniform(&mut self) -> f64 {
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+impl Default for Noise {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 /// What the left and the right sensor see.
-pub fn thermal_frames(viewer: Option<Viewer>) -> [ThermalFrame; 2] {
+pub fn thermal_frames(viewer: Option<Viewer>, noise: &mut Noise) -> [ThermalFrame; 2] {
     let mut frames = [ThermalFrame::left([0; PIXELS]), ThermalFrame::right([0; PIXELS])];
     for frame in &mut frames {
         for row in 0..ROWS {
             for column in 0..COLUMNS {
                 let share = viewer.map_or(0.0, |viewer| share_of_pixel(viewer, frame, row, column));
-                frame.pixels[row * COLUMNS + column] = (ROOM + WARMTH * share).round() as i16;
+                frame.pixels[row * COLUMNS + column] = (ROOM + WARMTH * share + noise.next()).round() as i16;
             }
         }
     }

@@ -1,6 +1,6 @@
 use vitrine_exhibit::{units::Level, viewer::Bearing};
 
-use super::{Clock, FlashFile, Viewer, VirtualController, Walk, thermal_frames};
+use super::{Clock, FlashFile, Noise, Viewer, VirtualController, Walk, thermal_frames};
 use crate::link::tests::plan_bytes;
 use vitrine_protocol::{Controller, plan_file};
 
@@ -15,18 +15,29 @@ fn with_plan() -> VirtualController {
 
 #[test]
 fn an_empty_room_looks_alike_to_both_sensors() {
-    let [left, right] = thermal_frames(None);
+    let [left, right] = thermal_frames(None, &mut Noise::none());
     assert_eq!(left.pixels, right.pixels);
     assert!(left.pixels.iter().all(|pixel| *pixel == 88));
 }
 
 #[test]
 fn a_viewer_is_warm_where_the_viewer_is() {
-    let [left, right] = thermal_frames(Some(Viewer::at(Bearing::new(2_500, 800))));
+    let [left, right] = thermal_frames(Some(Viewer::at(Bearing::new(2_500, 800))), &mut Noise::none());
     assert!(left.pixels.iter().all(|pixel| *pixel == 88), "beyond the left sensor's edge");
     let warmest = (0..64).max_by_key(|pixel| right.pixels[*pixel]).expect("pixels");
     assert!((3..=4).contains(&(warmest % 8)), "in the middle of the right sensor: {:?}", right.pixels);
     assert!(right.pixels[8 * 2..8 * 3].iter().all(|pixel| *pixel == 88), "nothing above the head");
+}
+
+#[test]
+fn noise_is_that_of_the_sensor() {
+    let mut noise = Noise::new();
+    let frames: Vec<_> = (0..100).map(|_| thermal_frames(None, &mut noise)).collect();
+    let deviations =
+        frames.iter().flatten().flat_map(|frame| frame.pixels).map(|pixel| f64::from(pixel - 88));
+    let variance = deviations.map(|deviation| deviation * deviation).sum::<f64>() / (100.0 * 2.0 * 64.0);
+    // That of the noise and that of rounding to quarters.
+    assert!((variance - (0.64 * 0.64 + 1.0 / 12.0)).abs() < 0.03, "{variance}");
 }
 
 #[test]
