@@ -42,6 +42,15 @@ pub enum OpenError {
         /// What is wrong with it.
         source: FilmError,
     },
+    /// A picture cannot be read.
+    #[error("cannot use the picture {}: {cause}", path.display())]
+    #[diagnostic(code("vitrine::build::bad_picture"), help("design the exhibit again into this folder"))]
+    BadPicture {
+        /// The picture.
+        path: PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
     /// The plan cannot be read.
     #[error("cannot read the plan {}", path.display())]
     #[diagnostic(code("vitrine::build::no_plan"), help("design the exhibit again into this folder"))]
@@ -120,6 +129,18 @@ impl BuildFolder {
             }
         }
         Ok(Films { volume, changed })
+    }
+
+    /// Reads a picture of the build, `name` being its path within it.
+    ///
+    /// # Errors
+    /// Fails when the picture cannot be read.
+    pub fn picture(&self, name: &str) -> Result<image::RgbImage, OpenError> {
+        let path = self.path.join(name);
+        match image::open(&path) {
+            Ok(picture) => Ok(picture.to_rgb8()),
+            Err(error) => Err(OpenError::BadPicture { path, cause: error.to_string() }),
+        }
     }
 
     /// Reads the plan as it is uploaded.

@@ -1,11 +1,21 @@
 //! The commands: one file each, data on stdout, everything else on stderr.
 
 mod check;
+mod clock;
+mod connect;
+mod controller;
+mod demo;
 mod design;
+mod devices;
+mod log;
 mod new;
 mod output;
 mod progress;
+mod requests;
+mod status;
+mod upload;
 mod view;
+mod words;
 
 use std::process::ExitCode;
 
@@ -30,15 +40,28 @@ Examples:
   vitrine demo                        the whole chain on the bundled photographs
   vitrine new my-exhibit              start an exhibit of your own
   vitrine design my-exhibit/exhibit.toml -o build
+  vitrine upload build --to /dev/ttyACM0
 
 Exit codes: 0 done, 1 failed (a wrong exhibit.toml too), 2 wrong usage of the command line.";
 
 #[derive(Subcommand)]
 enum Command {
+    Demo(demo::Demo),
     New(new::New),
     Check(check::Check),
     Design(design::Design),
     View(view::View),
+    Devices(devices::Devices),
+    Upload(upload::Upload),
+    Status(status::Status),
+    Log(log::Log),
+    Clock(clock::Clock),
+    Hold(requests::Hold),
+    Dark(requests::Dark),
+    Release(requests::Release),
+    Rearm(requests::Rearm),
+    NewStack(requests::NewStack),
+    Controller(controller::Controller),
 }
 
 /// Runs the command that the process was started with.
@@ -59,9 +82,21 @@ pub(crate) fn main() -> ExitCode {
 
 fn run(command: Command, output: Output) -> Result<(), Report> {
     match command {
+        Command::Demo(command) => command.run(output),
         Command::New(command) => command.run(output),
         Command::Check(command) => command.run(output),
         Command::Design(command) => command.run(output),
         Command::View(command) => command.run(output),
+        Command::Devices(command) => command.run(output),
+        Command::Upload(command) => command.run(output),
+        Command::Status(command) => command.run(output),
+        Command::Log(command) => command.run(output),
+        Command::Clock(command) => command.run(output),
+        Command::Hold(command) => command.run(output),
+        Command::Dark(command) => command.run(output),
+        Command::Release(command) => command.run(output),
+        Command::Rearm(command) => command.run(output),
+        Command::NewStack(command) => command.run(output),
+        Command::Controller(command) => command.run(output),
     }
 }

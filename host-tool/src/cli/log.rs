@@ -1,0 +1,74 @@
+//! `vitrine log`: what has happened.
+
+use clap::Args;
+use jiff::Timestamp;
+use miette::Report;
+use serde_json::{Value, json};
+use vitrine_protocol::message::LogEntry;
+
+use super::clock::time_text;
+use super::connect::To;
+use super::output::Output;
+use super::words;
+
+/// Read the controller's event log, oldest entry first.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  vitrine log
+  vitrine log --since 2026-05-01T00:00:00Z --csv > may.csv
+  vitrine log --from 120 --json")]
+pub(super) struct Log {
+    /// Begin at this entry's number.
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    from: u32,
+    /// Leave out entries before this time (ISO 8601 with its zone), and those without a time.
+    #[arg(long, value_name = "TIME")]
+    since: Option<Timestamp>,
+    /// As comma-separated values.
+    #[arg(long, conflicts_with = "json")]
+    csv: bool,
+    #[command(flatten)]
+    to: To,
+}
+
+impl Log {
+    pub(super) fn run(self, output: Output) -> Result<(), Report> {
+        let mut client = self.to.open()?;
+        let mut entries = client.log(self.from)?;
+        if let Some(since) = self.since {
+            entries.retain(|entry| entry.time.is_some_and(|time| time.0 >= since.as_second()));
+        }
+        let values: Vec<Value> = entries.iter().map(as_json).collect();
+        let line = if self.csv { as_csv } else { as_text };
+        let header = if self.csv { "number,time,uptime_s,event\n" } else { "" };
+        output.result(&values, || {
+            format!("{header}{}", entries.iter().map(line).collect::<Vec<_>>().join("\n"))
+        });
+        Ok(())
+    }
+}
+
+fn time(entry: &LogEntry) -> String {
+    entry.time.map(time_text).unwrap_or_default()
+}
+
+fn as_text(entry: &LogEntry) -> String {
+    let when = if entry.time.is_some() { time(entry) } else { format!("{} s after the start", entry.uptime_s) };
+    format!("{:>6}  {when:<22}  {}", entry.sequence, words::event(entry.event))
+}
+
+fn as_csv(entry: &LogEntry) -> String {
+    // A quotation mark within a quoted field is doubled (RFC 4180).
+    let event = words::event(entry.event).replace('"', "\"\"");
+    format!("{},{},{},\"{event}\"", entry.sequence, time(entry), entry.uptime_s)
+}
+
+fn as_json(entry: &LogEntry) -> Value {
+    json!({
+        "number": entry.sequence,
+        "time": entry.time.map(time_text),
+        "uptime_s": entry.uptime_s,
+        "event": words::event(entry.event),
+    })
+}

@@ -1,0 +1,88 @@
+//! The controller's terms in plain words.
+
+use vitrine_exhibit::Presence;
+use vitrine_exhibit::events::{Cut, Event};
+use vitrine_exhibit::interlock::InterlockState;
+use vitrine_exhibit::units::Lamp;
+use vitrine_exhibit::viewer::Bearing;
+
+pub(super) fn presence(presence: Presence) -> &'static str {
+    match presence {
+        Presence::Somebody => "somebody is there",
+        Presence::JustGone => "the last viewer has just gone",
+        Presence::Idle => "nobody is there: idle glow",
+        Presence::Empty => "nobody has been there for a while",
+        Presence::Unknown => "the viewer sensors give nothing credible",
+    }
+}
+
+pub(super) fn interlock(state: InterlockState) -> &'static str {
+    match state {
+        InterlockState::Open => "open",
+        InterlockState::WaitsForRearm => "closed, waits for `vitrine rearm`",
+        InterlockState::Armed => "closed and armed",
+        InterlockState::Disagrees => "its two loops disagree; mend it, then `vitrine rearm`",
+    }
+}
+
+pub(super) fn cut(cut: Cut) -> &'static str {
+    match cut {
+        Cut::Warm => "the lamp board is warm",
+        Cut::DayDose => "the day's dose is used up",
+        Cut::LifeDose => "the stack's life is nearly used up",
+        Cut::Resting => "resting after a long time lit",
+        Cut::FirmwareCeiling => "the firmware's ceiling",
+        Cut::PlanCeiling => "the plan's ceiling",
+        Cut::Slew => "fading",
+        Cut::BelowFloor => "below the driver's floor",
+    }
+}
+
+pub(super) fn lamp(lamp: Lamp) -> &'static str {
+    match lamp {
+        Lamp::Top => "top",
+        Lamp::Bottom => "bottom",
+    }
+}
+
+/// A bearing as a person says it.
+pub(super) fn bearing(bearing: Bearing) -> String {
+    let side = |centi_degrees: i16, positive: &str, negative: &str| {
+        let degrees = f64::from(centi_degrees.unsigned_abs()) / 100.0;
+        format!("{degrees:.1} deg {}", if centi_degrees < 0 { negative } else { positive })
+    };
+    format!(
+        "{}, {}",
+        side(bearing.horizontal.0, "right", "left"),
+        side(bearing.vertical.0, "above", "below")
+    )
+}
+
+/// An event of the log as a sentence.
+pub(super) fn event(event: Event) -> String {
+    match event {
+        Event::Dark(reason) => format!("dark: {reason}"),
+        Event::Lit => "the lamps are let through".to_owned(),
+        Event::ViewChosen(view) => format!("view {} was chosen", u16::from(view) + 1),
+        Event::ViewerCame => "somebody has come".to_owned(),
+        Event::ViewersGone => "nobody is left".to_owned(),
+        Event::ViewerSensorLost => "the viewer sensors give nothing credible: neutral pair".to_owned(),
+        Event::ViewerSensorBack => "the viewer sensors are back".to_owned(),
+        Event::CutBegan(which, why) => format!("{} lamp dimmed: {}", lamp(which), cut(why)),
+        Event::CutEnded(which, why) => format!("{} lamp no longer dimmed: {}", lamp(which), cut(why)),
+        Event::Rearmed => "re-armed".to_owned(),
+        Event::RearmRefused => "a re-arm was refused: its cause persists".to_owned(),
+        Event::PlanChanged => "another plan is active".to_owned(),
+        Event::PlanLost => "the plan is gone or was refused".to_owned(),
+        Event::NoSuchView(view) => format!("view {} was asked for and is not in the plan", u16::from(view) + 1),
+        Event::LeaseLapsed => "a host's hold, dark or open ran out".to_owned(),
+        Event::DayBegan => "a new day of the dose ledger began".to_owned(),
+        Event::LifeDoseUsed(which, percent) => {
+            format!("{} lamp: {percent} % of the stack's life dose are used", lamp(which))
+        }
+        Event::UltravioletLow => "less ultraviolet than the lamps should give: service is due".to_owned(),
+        Event::EnclosureWarm => "the air in the enclosure is warm".to_owned(),
+        Event::LampHours(which, hours) => format!("{} lamp: {hours} hours at full level", lamp(which)),
+        Event::NewStack => "a fresh stack was declared".to_owned(),
+    }
+}

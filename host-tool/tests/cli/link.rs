@@ -1,0 +1,180 @@
+//! The commands that speak to a controller, against a simulated one in a process of its own.
+
+use std::io::{BufRead, BufReader};
+use std::net::TcpListener;
+use std::process::{Child, Stdio};
+
+use serde_json::Value;
+
+use super::support::Workshop;
+
+/// `vitrine controller` on a free port; ended when dropped.
+struct Simulated {
+    child: Child,
+    address: String,
+}
+
+impl Simulated {
+    fn start(workshop: &Workshop, more: &[&str]) -> Self {
+        let mut arguments = vec!["controller", "--listen", "tcp:0"];
+        arguments.extend(more);
+        let mut command = workshop.command(&arguments);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        Self { child, address: line.trim().to_owned() }
+    }
+}
+
+impl Drop for Simulated {
+    fn drop(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+}
+
+fn built() -> Workshop {
+    let workshop = Workshop::small();
+    workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    workshop
+}
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+#[test]
+fn a_plan_is_uploaded_and_what_runs_is_told() {
+    let workshop = built();
+    let simulated = Simulated::start(&workshop, &["--flash", "flash.bin"]);
+    let to = simulated.address.as_str();
+    let status = || json(&workshop.succeed(&["status", "--to", to, "--build", "build", "--json"]));
+    assert_eq!((&status()["exhibit"], &status()["runs_this_build"]), (&Value::Null, &Value::from(false)));
+
+    let told = json(&workshop.succeed(&["upload", "build", "--to", to, "--dry-run", "--json"]));
+    assert_eq!(told["sent"], false);
+    assert_eq!(status()["exhibit"], Value::Null);
+    let told = json(&workshop.succeed(&["upload", "build", "--to", to, "--json"]));
+    assert_eq!((&told["sent"], &told["views"]), (&Value::from(true), &Value::from(3)));
+    assert_eq!((&status()["exhibit"], &status()["runs_this_build"]), (&Value::from("Small"), &Value::from(true)));
+    let again = workshop.succeed(&["upload", "build", "--to", to]);
+    assert!(again.contains("is active already"), "{again}");
+
+    // The plan outlives the controller's power.
+    drop(simulated);
+    let simulated = Simulated::start(&workshop, &["--flash", "flash.bin"]);
+    let text = workshop.succeed(&["status", "--to", &simulated.address, "--build", "build"]);
+    assert!(text.contains("the controller runs this build"), "{text}");
+    let log = workshop.succeed(&["log", "--to", &simulated.address, "--csv"]);
+    assert!(log.starts_with("number,time,uptime_s,event\n"), "{log}");
+    assert!(log.contains("another plan is active"), "{log}");
+}
+
+#[test]
+fn hold_dark_release_and_clock_reach_the_exhibit() {
+    let workshop = built();
+    let simulated = Simulated::start(&workshop, &[]);
+    let to = simulated.address.as_str();
+    let refused = workshop.run(&["hold", "coffee", "--to", to]);
+    assert_eq!(refused.code, Some(1));
+    assert!(refused.stderr.contains("vitrine upload"), "{}", refused.stderr);
+    workshop.succeed(&["upload", "build", "--to", to]);
+    let refused = workshop.run(&["hold", "tea", "--to", to]);
+    assert!(refused.stderr.contains("astronaut, coffee, cat"), "{}", refused.stderr);
+
+    let until = |wanted: &dyn Fn(&Value) -> bool| {
+        let status = || json(&workshop.succeed(&["status", "--to", to, "--json"]));
+        let found = (0..100).map(|_| status()).find(|status| {
+            std::thread::sleep(std::time::Duration::from_millis(100));
+            wanted(status)
+        });
+        found.expect("the exhibit followed")
+    };
+    workshop.succeed(&["hold", "cat", "--for", "2m", "--to", to]);
+    let held = until(&|status| status["view"] == "cat" && status["dark"].is_null());
+    assert!(held["lease_s"].as_f64().unwrap() > 60.0);
+    workshop.succeed(&["dark", "--for", "2m", "--to", to]);
+    let dark = until(&|status| status["dark"] == "a host asked for dark");
+    assert_eq!(dark["lamps"]["top"]["level"], 0.0);
+    workshop.succeed(&["release", "--to", to]);
+    until(&|status| status["dark"] != "a host asked for dark");
+
+    let clock = json(&workshop.succeed(&["clock", "--set", "--to", to, "--json"]));
+    assert_eq!((&clock["source"], &clock["set"]), (&Value::from("a host"), &Value::from(true)));
+    assert_eq!(workshop.run(&["new-stack", "--to", to]).code, Some(1));
+    workshop.succeed(&["new-stack", "--yes", "--to", to]);
+}
+
+#[test]
+fn a_port_that_is_missing_busy_or_no_controller_is_named_with_the_remedy() {
+    let workshop = built();
+    let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
+    let missing = workshop.run(&["status", "--to", &format!("tcp:{free}")]);
+    assert_eq!(missing.code, Some(1));
+    assert!(missing.stderr.contains(&free) && missing.stderr.contains("vitrine controller"), "{}", missing.stderr);
+
+    let missing = workshop.run(&["upload", "build", "--to", "/dev/ttyNONE"]);
+    assert_eq!(missing.code, Some(1));
+    assert!(missing.stderr.contains("/dev/ttyNONE") && missing.stderr.contains("help:"), "{}", missing.stderr);
+
+    let stranger = TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = stranger.local_addr().unwrap().to_string();
+    let answers = std::thread::spawn(move || {
+        for stream in stranger.incoming().take(1) {
+            use std::io::{Read, Write};
+            let mut stream = stream.unwrap();
+            stream.write_all(b"HTTP/1.1 400 Bad Request\r\n\r\n").unwrap();
+            let mut ignored = [0; 512];
+            while stream.read(&mut ignored).is_ok_and(|count| count > 0) {}
+        }
+    });
+    let no_controller = workshop.run(&["upload", "build", "--to", &format!("tcp:{place}")]);
+    answers.join().unwrap();
+    assert_eq!(no_controller.code, Some(1));
+    assert!(no_controller.stderr.contains(&place), "{}", no_controller.stderr);
+    assert!(no_controller.stderr.contains("vitrine devices"), "{}", no_controller.stderr);
+
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = taken.local_addr().unwrap().to_string();
+    let busy = workshop.run(&["controller", "--listen", &format!("tcp:{place}")]);
+    assert_eq!(busy.code, Some(1));
+    assert!(busy.stderr.contains(&place) && busy.stderr.contains("--listen"), "{}", busy.stderr);
+
+    assert_eq!(workshop.run(&["status", "--to", "tcp:127.0.0.1:ninety"]).code, Some(2));
+}
+
+#[test]
+fn a_damaged_plan_is_not_sent() {
+    let workshop = built();
+    let mut plan = std::fs::read(workshop.path("build/plan.bin")).unwrap();
+    plan[3] ^= 1;
+    workshop.write("build/plan.bin", plan);
+    let finished = workshop.run(&["upload", "build", "--to", "tcp:127.0.0.1:1"]);
+    assert_eq!(finished.code, Some(1));
+    assert!(finished.stderr.contains("plan.bin") && finished.stderr.contains("design"), "{}", finished.stderr);
+}
+
+#[test]
+fn devices_lists_a_simulated_controller_and_it_needs_no_address() {
+    let workshop = built();
+    let runtime = workshop.path("runtime");
+    let run = |arguments: &[&str]| {
+        let output = workshop.command(arguments).env("VITRINE_RUNTIME_DIR", &runtime).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let mut child = workshop
+        .command(&["controller", "--listen", "tcp:0"])
+        .env("VITRINE_RUNTIME_DIR", &runtime)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    let simulated = Simulated { child, address: line.trim().to_owned() };
+    let devices = json(&run(&["devices", "--json"]));
+    let found = devices.as_array().unwrap().iter().find(|device| device["port"] == simulated.address.as_str());
+    assert_eq!(found.unwrap()["ready"], true);
+    assert!(run(&["devices"]).contains(&simulated.address));
+}
