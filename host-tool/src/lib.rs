@@ -4,6 +4,7 @@
 pub mod build_folder;
 pub mod config;
 pub mod controller;
+pub mod demo;
 pub mod design;
 pub mod link;
 pub mod measure;

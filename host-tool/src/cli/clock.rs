@@ -47,14 +47,18 @@ fn text(clock: &ClockState, ahead_s: Option<i64>, set: bool) -> String {
     };
     let correction = match clock.last_correction_s {
         Some(correction) if set => format!("; it was {correction} s ahead"),
-        _ => ahead_s.filter(|ahead| *ahead != 0).map(|ahead| format!("; {ahead} s ahead of this computer")).unwrap_or_default(),
+        _ => ahead_s
+            .filter(|ahead| *ahead != 0)
+            .map(|ahead| format!("; {ahead} s ahead of this computer"))
+            .unwrap_or_default(),
     };
     format!("{} from {}{correction}", time_text(now), source_text(clock.source))
 }
 
 /// A time as ISO 8601 in UTC.
 pub(super) fn time_text(time: UtcSeconds) -> String {
-    Timestamp::from_second(time.0).map_or_else(|_| format!("{} s since 1970", time.0), |time| time.to_string())
+    Timestamp::from_second(time.0)
+        .map_or_else(|_| format!("{} s since 1970", time.0), |time| time.to_string())
 }
 
 pub(super) fn source_text(source: ClockSource) -> &'static str {

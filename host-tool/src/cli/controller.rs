@@ -46,12 +46,15 @@ enum ControllerFailure {
 
 impl Controller {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
-        let Address::Tcp(place) = &self.listen else { return Err(ControllerFailure::NoTcp(self.listen).into()) };
+        let Address::Tcp(place) = &self.listen else {
+            return Err(ControllerFailure::NoTcp(self.listen).into());
+        };
         let flash = match &self.flash {
             Some(path) => FlashFile::open(path)?,
             None => FlashFile::in_memory(),
         };
-        let mut controller = VirtualController::new(flash, Clock::Computer).map_err(ControllerFailure::Start)?;
+        let mut controller =
+            VirtualController::new(flash, Clock::Computer).map_err(ControllerFailure::Start)?;
         if self.visitor {
             controller.set_walk(Walk::back_and_forth());
         }

@@ -35,7 +35,10 @@ pub(super) struct Demo {
 #[derive(Debug, Error, Diagnostic)]
 enum DemoFailure {
     #[error("cannot write {}", path.display())]
-    #[diagnostic(code(vitrine::demo::write), help("look at the disk's free space and the folder's permissions"))]
+    #[diagnostic(
+        code(vitrine::demo::write),
+        help("look at the disk's free space and the folder's permissions")
+    )]
     Write { path: PathBuf, source: std::io::Error },
     #[error("cannot draw the contact sheet")]
     #[diagnostic(code(vitrine::demo::sheet), help("this is a fault of vitrine: please report it"))]
@@ -55,7 +58,8 @@ impl Demo {
             }
         };
         output.note("Designing the films and the lamp pairs");
-        let report = design_exhibit(&exhibit, &self.output, InkDepth::Eight, &mut Progress::new(output.is_json()))?;
+        let report =
+            design_exhibit(&exhibit, &self.output, InkDepth::Eight, &mut Progress::new(output.is_json()))?;
         output.note(&report.summary());
         output.note("\nA simulated controller takes the plan, and a viewer walks from left to right");
         let build = BuildFolder::open(&self.output)?;

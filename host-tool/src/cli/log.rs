@@ -54,7 +54,8 @@ fn time(entry: &LogEntry) -> String {
 }
 
 fn as_text(entry: &LogEntry) -> String {
-    let when = if entry.time.is_some() { time(entry) } else { format!("{} s after the start", entry.uptime_s) };
+    let when =
+        if entry.time.is_some() { time(entry) } else { format!("{} s after the start", entry.uptime_s) };
     format!("{:>6}  {when:<22}  {}", entry.sequence, words::event(entry.event))
 }
 

@@ -86,7 +86,8 @@ impl Hold {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let mut client = self.to.open()?;
         let plan = active_plan(&mut client)?;
-        let ids: Vec<&str> = plan.iter().flat_map(|plan| plan.views.iter().map(|view| view.id.as_str())).collect();
+        let ids: Vec<&str> =
+            plan.iter().flat_map(|plan| plan.views.iter().map(|view| view.id.as_str())).collect();
         let Some(index) = ids.iter().position(|id| *id == self.view) else {
             let help = if ids.is_empty() {
                 "it has no plan: `vitrine upload BUILD` gives it one".to_owned()
@@ -115,7 +116,9 @@ impl Dark {
 impl Release {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         self.to.open()?.release()?;
-        output.result(&serde_json::json!({ "released": true }), || "the exhibit follows its viewers again".to_owned());
+        output.result(&serde_json::json!({ "released": true }), || {
+            "the exhibit follows its viewers again".to_owned()
+        });
         Ok(())
     }
 }
@@ -170,7 +173,8 @@ mod tests {
 
     #[test]
     fn leases_are_told_and_read_in_words() {
-        for (text, seconds, words) in [("90s", 90, "90 s"), ("10m", 600, "10 min"), ("24h", 86_400, "24 h"), ("5", 5, "5 s")]
+        for (text, seconds, words) in
+            [("90s", 90, "90 s"), ("10m", 600, "10 min"), ("24h", 86_400, "24 h"), ("5", 5, "5 s")]
         {
             let read = lease(text).unwrap();
             assert_eq!((read, in_words(read).as_str()), (Milliseconds(seconds * 1000), words));

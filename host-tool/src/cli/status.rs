@@ -52,18 +52,26 @@ fn as_text(client: &Client, status: &Told, in_sync: Option<bool>) -> String {
         None => ("without a plan", ""),
     };
     let hello = client.hello();
-    let mut lines = vec![format!("{name} at {}, {}, firmware {}", client.address(), hello.serial_number, hello.firmware)];
+    let mut lines =
+        vec![format!("{name} at {}, {}, firmware {}", client.address(), hello.serial_number, hello.firmware)];
     let mut line = |what: &str, text: String| lines.push(format!("{what:<10} {text}"));
     if let Some(in_sync) = in_sync {
-        let text = if in_sync { "the controller runs this build" } else { "the controller runs another plan: upload this build" };
+        let text = if in_sync {
+            "the controller runs this build"
+        } else {
+            "the controller runs another plan: upload this build"
+        };
         line("build", text.to_owned());
     }
     let place = snapshot.bearing.map(|bearing| format!(", {}", words::bearing(bearing))).unwrap_or_default();
     line("viewer", format!("{}{place}", words::presence(snapshot.presence)));
     line("view", if view.is_empty() { "none".to_owned() } else { view.to_owned() });
-    line("lamps", both(snapshot.levels.zip(snapshot.irradiance), |(level, irradiance)| {
-        format!("{:.1} % ({:.2} W/m2)", percent(level), watts(irradiance))
-    }));
+    line(
+        "lamps",
+        both(snapshot.levels.zip(snapshot.irradiance), |(level, irradiance)| {
+            format!("{:.1} % ({:.2} W/m2)", percent(level), watts(irradiance))
+        }),
+    );
     if let Some(reason) = snapshot.dark {
         line("dark", reason.to_string());
     }
@@ -73,16 +81,22 @@ fn as_text(client: &Client, status: &Told, in_sync: Option<bool>) -> String {
         }
     }
     line("interlock", words::interlock(snapshot.interlock).to_owned());
-    line("boards", both(snapshot.boards, |board| {
-        board.map_or_else(|| "no reading".to_owned(), |board| format!("{:.1} C", celsius(board)))
-    }));
+    line(
+        "boards",
+        both(snapshot.boards, |board| {
+            board.map_or_else(|| "no reading".to_owned(), |board| format!("{:.1} C", celsius(board)))
+        }),
+    );
     line("dose today", both(snapshot.day_dose, |dose| format!("{:.1} kJ/m2", kilojoules(dose))));
     line("dose, life", both(snapshot.life_dose, |dose| format!("{:.1} kJ/m2", kilojoules(dose))));
     line("hours", both(snapshot.lit_s, |seconds| format!("{:.1}", f64::from(seconds) / 3600.0)));
-    line("clock", match status.clock.now {
-        Some(now) => format!("{} from {}", time_text(now), source_text(status.clock.source)),
-        None => "not known: `vitrine clock --set`".to_owned(),
-    });
+    line(
+        "clock",
+        match status.clock.now {
+            Some(now) => format!("{} from {}", time_text(now), source_text(status.clock.source)),
+            None => "not known: `vitrine clock --set`".to_owned(),
+        },
+    );
     line("starts", format!("{}, {} after a fault", snapshot.power_cycles, snapshot.watchdog_resets));
     lines.join("\n")
 }

@@ -78,7 +78,12 @@ impl Upload {
                 (false, true) => "is active already",
                 (false, false) => "was not sent",
             };
-            format!("{}: plan {:08x} of {} bytes {done} at {port}", plan.name, plan_file::crc(&bytes), bytes.len())
+            format!(
+                "{}: plan {:08x} of {} bytes {done} at {port}",
+                plan.name,
+                plan_file::crc(&bytes),
+                bytes.len()
+            )
         });
         Ok(())
     }

@@ -51,11 +51,7 @@ pub(super) fn bearing(bearing: Bearing) -> String {
         let degrees = f64::from(centi_degrees.unsigned_abs()) / 100.0;
         format!("{degrees:.1} deg {}", if centi_degrees < 0 { negative } else { positive })
     };
-    format!(
-        "{}, {}",
-        side(bearing.horizontal.0, "right", "left"),
-        side(bearing.vertical.0, "above", "below")
-    )
+    format!("{}, {}", side(bearing.horizontal.0, "right", "left"), side(bearing.vertical.0, "above", "below"))
 }
 
 /// An event of the log as a sentence.
@@ -74,7 +70,9 @@ pub(super) fn event(event: Event) -> String {
         Event::RearmRefused => "a re-arm was refused: its cause persists".to_owned(),
         Event::PlanChanged => "another plan is active".to_owned(),
         Event::PlanLost => "the plan is gone or was refused".to_owned(),
-        Event::NoSuchView(view) => format!("view {} was asked for and is not in the plan", u16::from(view) + 1),
+        Event::NoSuchView(view) => {
+            format!("view {} was asked for and is not in the plan", u16::from(view) + 1)
+        }
         Event::LeaseLapsed => "a host's hold, dark or open ran out".to_owned(),
         Event::DayBegan => "a new day of the dose ledger began".to_owned(),
         Event::LifeDoseUsed(which, percent) => {

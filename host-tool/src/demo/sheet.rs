@@ -46,7 +46,7 @@ pub fn contact_sheet(build: &BuildFolder, report: &Report, walk: &[Moment]) -> R
         canvas.caption(&format!("seen from {}", direction(view)), middle, below_seen, &FONT_9X18_BOLD);
         if let Some(figures) = figures {
             let text = format!(
-                "{:.1} dB  SSIM {:.2}  lamps top {:.0} % bottom {:.0} %",
+                "{:.1} dB  SSIM {:.2}  top {:.0} %  bottom {:.0} %",
                 figures.quality.psnr_db,
                 figures.quality.ssim,
                 100.0 * figures.emphasis.top,
@@ -120,7 +120,7 @@ fn draw_walk(canvas: &mut Canvas, layout: &Layout, exhibit: &Exhibit, volume: &V
         canvas.picture(&to_image(&seen), [left, top], layout.frame);
         let middle = left + layout.frame[0] / 2;
         let below = top + layout.frame[1] + 4;
-        let shown = moment.view.as_deref().unwrap_or("nobody");
+        let shown = moment.view.as_deref().unwrap_or("neutral pair");
         canvas.caption(&format!("{:+.0}\u{b0} {shown}", moment.viewer_deg), middle, below, font);
         let lamps = format!("{:.0} % / {:.0} %", 100.0 * moment.top, 100.0 * moment.bottom);
         canvas.caption(&lamps, middle, below + 15, font);
@@ -170,7 +170,8 @@ mod tests {
     fn moments_are_spread_from_the_first_to_the_last() {
         let moments: Vec<Moment> =
             (0..19).map(|index| Moment { viewer_deg: f64::from(index), ..Moment::default() }).collect();
-        let degrees = |count| spread(&moments, count).iter().map(|moment| moment.viewer_deg).collect::<Vec<_>>();
+        let degrees =
+            |count| spread(&moments, count).iter().map(|moment| moment.viewer_deg).collect::<Vec<_>>();
         assert_eq!(degrees(7), [0.0, 3.0, 6.0, 9.0, 12.0, 15.0, 18.0]);
         assert_eq!(degrees(1), [0.0]);
         assert_eq!(degrees(40).len(), 19);

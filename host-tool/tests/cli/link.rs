@@ -56,7 +56,10 @@ fn a_plan_is_uploaded_and_what_runs_is_told() {
     assert_eq!(status()["exhibit"], Value::Null);
     let told = json(&workshop.succeed(&["upload", "build", "--to", to, "--json"]));
     assert_eq!((&told["sent"], &told["views"]), (&Value::from(true), &Value::from(3)));
-    assert_eq!((&status()["exhibit"], &status()["runs_this_build"]), (&Value::from("Small"), &Value::from(true)));
+    assert_eq!(
+        (&status()["exhibit"], &status()["runs_this_build"]),
+        (&Value::from("Small"), &Value::from(true))
+    );
     let again = workshop.succeed(&["upload", "build", "--to", to]);
     assert!(again.contains("is active already"), "{again}");
 
@@ -111,11 +114,19 @@ fn a_port_that_is_missing_busy_or_no_controller_is_named_with_the_remedy() {
     let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
     let missing = workshop.run(&["status", "--to", &format!("tcp:{free}")]);
     assert_eq!(missing.code, Some(1));
-    assert!(missing.stderr.contains(&free) && missing.stderr.contains("vitrine controller"), "{}", missing.stderr);
+    assert!(
+        missing.stderr.contains(&free) && missing.stderr.contains("vitrine controller"),
+        "{}",
+        missing.stderr
+    );
 
     let missing = workshop.run(&["upload", "build", "--to", "/dev/ttyNONE"]);
     assert_eq!(missing.code, Some(1));
-    assert!(missing.stderr.contains("/dev/ttyNONE") && missing.stderr.contains("help:"), "{}", missing.stderr);
+    assert!(
+        missing.stderr.contains("/dev/ttyNONE") && missing.stderr.contains("help:"),
+        "{}",
+        missing.stderr
+    );
 
     let stranger = TcpListener::bind("127.0.0.1:0").unwrap();
     let place = stranger.local_addr().unwrap().to_string();
@@ -151,7 +162,11 @@ fn a_damaged_plan_is_not_sent() {
     workshop.write("build/plan.bin", plan);
     let finished = workshop.run(&["upload", "build", "--to", "tcp:127.0.0.1:1"]);
     assert_eq!(finished.code, Some(1));
-    assert!(finished.stderr.contains("plan.bin") && finished.stderr.contains("design"), "{}", finished.stderr);
+    assert!(
+        finished.stderr.contains("plan.bin") && finished.stderr.contains("design"),
+        "{}",
+        finished.stderr
+    );
 }
 
 #[test]
@@ -174,7 +189,8 @@ fn devices_lists_a_simulated_controller_and_it_needs_no_address() {
     BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
     let simulated = Simulated { child, address: line.trim().to_owned() };
     let devices = json(&run(&["devices", "--json"]));
-    let found = devices.as_array().unwrap().iter().find(|device| device["port"] == simulated.address.as_str());
+    let found =
+        devices.as_array().unwrap().iter().find(|device| device["port"] == simulated.address.as_str());
     assert_eq!(found.unwrap()["ready"], true);
     assert!(run(&["devices"]).contains(&simulated.address));
 }
