@@ -3,6 +3,7 @@
 mod ring;
 mod slots;
 mod typed;
+mod year;
 
 /// How many of the possible cuts are tried: every n-th, starting elsewhere for each record. 1 tries all;
 /// `VITRINE_CUT_STRIDE` sets it.
