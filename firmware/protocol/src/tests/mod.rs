@@ -3,6 +3,7 @@
 mod controller;
 mod frames;
 mod golden;
+mod malformed;
 mod plan_file;
 mod rate;
 mod samples;

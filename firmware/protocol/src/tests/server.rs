@@ -365,7 +365,7 @@ proptest! {
     }
 }
 
-fn cobs_of(body: &[u8]) -> Vec<u8> {
+pub(super) fn cobs_of(body: &[u8]) -> Vec<u8> {
     let mut frame = std::vec![0; body.len() + body.len() / 254 + 2];
     let used = cobs::try_encode(body, &mut frame).expect("large enough");
     frame.truncate(used);

@@ -2,6 +2,7 @@
 
 mod address;
 mod client;
+mod crowd;
 mod discovery;
 mod faults;
 #[cfg(unix)]
