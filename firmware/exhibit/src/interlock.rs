@@ -40,11 +40,13 @@ impl Interlock {
     /// Takes the loops as they read now.
     pub fn update(&mut self, loops: InterlockLoops, elapsed: Milliseconds) {
         let (a, b) = (loops.a == Contact::Closed, loops.b == Contact::Closed);
-        let timer =
-            |runs: bool, timer: Milliseconds| if runs { timer.plus(elapsed) } else { Milliseconds(0) };
-        self.open_for = timer(!(a && b), self.open_for);
-        self.closed_for = timer(a && b, self.closed_for);
-        self.differ_for = timer(a != b, self.differ_for);
+        let was = (self.loops.a == Contact::Closed, self.loops.b == Contact::Closed);
+        let timer = |holds: fn(bool, bool) -> bool, timer: Milliseconds| {
+            if holds(a, b) && holds(was.0, was.1) { timer.plus(elapsed) } else { Milliseconds(0) }
+        };
+        self.open_for = timer(|a, b| !(a && b), self.open_for);
+        self.closed_for = timer(|a, b| a && b, self.closed_for);
+        self.differ_for = timer(|a, b| a != b, self.differ_for);
         self.loops = loops;
         self.rearm_needed |= self.open_for >= limits::INTERLOCK_OPEN_AFTER;
         self.disagreed |= self.differ_for > limits::INTERLOCK_DISAGREEMENT;

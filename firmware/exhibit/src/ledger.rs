@@ -169,17 +169,19 @@ impl DoseLedger {
 
     /// Begins the life of a fresh stack.
     pub fn new_stack(&mut self) {
+        let (top, bottom) = (self.left(Lamp::Top), self.left(Lamp::Bottom));
         self.spent.stacks = self.spent.stacks.saturating_add(1);
         self.spent.lamps.top.life = Dose(0);
         self.spent.lamps.bottom.life = Dose(0);
-        self.want(Dose(0), Dose(0));
+        self.want(top, bottom);
     }
 
     /// Ends the count of resets that followed each other quickly.
     pub fn ran_well(&mut self) {
         if self.spent.quick_resets > 0 {
             self.spent.quick_resets = 0;
-            self.want(Dose(0), Dose(0));
+            // The lamps may be lit meanwhile: what is reserved stays so.
+            self.want(self.left(Lamp::Top), self.left(Lamp::Bottom));
         }
     }
 

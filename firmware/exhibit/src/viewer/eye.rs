@@ -21,6 +21,12 @@ const FORCED_FRAMES: u16 = 9_000;
 const COLD_FRAMES: u8 = 10;
 /// Fractional bits of the background's mean and noise.
 const FRACTION: u32 = 10;
+/// Fractional bits of a pixel's mean of the last seconds, and its length: 32 frames, as a power of two.
+const RECENT: u32 = 5;
+/// A pixel is restless where it differs this much from its last seconds, half a degree, ...
+const RESTLESS: i32 = 4;
+/// ... for this many frames on end. Noise alone does so less than once a day.
+const RESTLESS_FRAMES: u8 = 4;
 /// Readings that no room has, in quarters of a degree: below -20 or above 100 degrees.
 const CREDIBLE: core::ops::RangeInclusive<i16> = -80..=400;
 
@@ -33,6 +39,9 @@ struct Pixel {
     noise: u16,
     warm_frames: u16,
     cold_frames: u8,
+    /// Mean of the last seconds, with `RECENT` fractional bits.
+    recent: i16,
+    restless_frames: u8,
 }
 
 /// What one frame shows above the background.
@@ -40,7 +49,7 @@ struct Pixel {
 pub(super) struct Warmth {
     /// Eighths of a degree above the background, where that is foreground.
     pub(super) above: [u16; PIXELS],
-    /// The pixel has changed since the frame before by more than noise does.
+    /// Pixels, by their bit, that differ from their own last seconds for longer than noise does: something lives.
     pub(super) moved: u64,
 }
 
@@ -55,7 +64,15 @@ pub(super) struct Eye {
 
 impl Eye {
     pub(super) const fn new() -> Self {
-        let pixel = Pixel { last: 0, mean: 0, noise: 0, warm_frames: 0, cold_frames: 0 };
+        let pixel = Pixel {
+            last: 0,
+            mean: 0,
+            noise: 0,
+            warm_frames: 0,
+            cold_frames: 0,
+            recent: 0,
+            restless_frames: 0,
+        };
         Self { pixels: [pixel; PIXELS], frames: 0, same_frames: 0, age: STALE }
     }
 
@@ -91,8 +108,7 @@ impl Eye {
             pixel.last = *reading;
             if seeded {
                 *above = pixel.rise(sum);
-                let change = (i32::from(*reading) - i32::from(before)).abs() * 2;
-                warmth.moved |= u64::from(change > pixel.threshold() / 2) << index;
+                warmth.moved |= u64::from(pixel.is_restless(sum)) << index;
             } else {
                 pixel.seed(sum, first);
             }
@@ -108,6 +124,7 @@ impl Pixel {
         if first {
             self.mean = value;
         }
+        self.recent = (sum << RECENT) as i16;
         self.mean += (value - self.mean) >> 3;
         self.learn_noise((value - self.mean).abs(), 3);
     }
@@ -145,6 +162,15 @@ impl Pixel {
         self.mean += difference >> SLOW;
         self.learn_noise(difference.abs(), SLOW - 2);
         0
+    }
+
+    /// Takes a value into the mean of the last seconds; tells whether it has differed from it for a while.
+    fn is_restless(&mut self, sum: i32) -> bool {
+        let difference = (sum << RECENT) - i32::from(self.recent);
+        let restless = difference.abs() >= RESTLESS << RECENT;
+        self.restless_frames = if restless { self.restless_frames.saturating_add(1) } else { 0 };
+        self.recent = (i32::from(self.recent) + (difference >> RECENT)) as i16;
+        self.restless_frames >= RESTLESS_FRAMES
     }
 
     fn learn_noise(&mut self, distance: i32, shift: u32) {

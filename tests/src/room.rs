@@ -1,0 +1,104 @@
+//! A room with people in it, as two Grid-EYE thermal sensors see it.
+//!
+//! Bodies are upright warm rectangles that face the sensors; each pixel gives the mean temperature over its square of
+//! 7.5 by 7.5 degrees, with 0.16 °C of noise, in steps of 0.25 °C. The room is at 22 °C. Lengths are in metres; the
+//! stack's middle and both sensors are 1.3 m above the floor.
+
+mod body;
+
+pub use self::body::{Body, Kind, Waypoint};
+use vitrine_exhibit::viewer::{COLUMNS, PIXELS, ROWS, ThermalFrame};
+
+/// Temperature of the room in °C.
+pub const ROOM_C: f64 = 22.0;
+/// Height of the sensors above the floor in m.
+pub const SENSOR_HEIGHT_M: f64 = 1.3;
+/// Standard deviation of a pixel's noise in °C.
+pub const NOISE_C: f64 = 0.16;
+/// Width of a pixel in degrees.
+const PIXEL_DEG: f64 = 7.5;
+
+/// One of the two sensors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The sensor that looks to the left, to negative angles.
+    Left,
+    /// The sensor that looks to the right.
+    Right,
+}
+
+/// A warm rectangle as a sensor sees it, in degrees, with what it adds to the room's temperature.
+#[derive(Clone, Copy, Debug)]
+pub struct WarmArea {
+    /// Azimuths of its edges.
+    pub azimuth: [f64; 2],
+    /// Elevations of its lower and upper edge.
+    pub elevation: [f64; 2],
+    /// Temperature above the room's.
+    pub above_c: f64,
+    /// Distance, to know what hides what.
+    pub distance_m: f64,
+}
+
+/// The room.
+#[derive(Clone, Debug)]
+pub struct Room {
+    /// Everything warm in it.
+    pub bodies: Vec<Body>,
+    noise: Noise,
+}
+
+impl Room {
+    /// An empty room; the same seed gives the same noise.
+    pub fn new(seed: u64) -> Self {
+        Self { bodies: Vec::new(), noise: Noise(seed | 1) }
+    }
+
+    /// What a sensor sees at a time in seconds.
+    pub fn frame(&mut self, side: Side, time_s: f64) -> ThermalFrame {
+        let (make, sign): (fn([i16; PIXELS]) -> ThermalFrame, f64) = match side {
+            Side::Left => (ThermalFrame::left, -1.0),
+            Side::Right => (ThermalFrame::right, 1.0),
+        };
+        let at_m = sign * f64::from(ThermalFrame::RIGHT_MM) / 1_000.0;
+        let yaw = sign * f64::from(ThermalFrame::YAW.0) / 100.0;
+        let mut areas: Vec<WarmArea> =
+            self.bodies.iter().flat_map(|body| body.seen_from(at_m, time_s)).collect();
+        areas.sort_by(|a, b| b.distance_m.total_cmp(&a.distance_m));
+        let mut pixels = [0_i16; PIXELS];
+        for (index, pixel) in pixels.iter_mut().enumerate() {
+            let (row, column) = (index / COLUMNS, index % COLUMNS);
+            let left = yaw + (column as f64 - COLUMNS as f64 / 2.0) * PIXEL_DEG;
+            let bottom = (ROWS as f64 / 2.0 - 1.0 - row as f64) * PIXEL_DEG;
+            let celsius = areas.iter().fold(ROOM_C, |behind, area| {
+                let part = overlap(area.azimuth, left) * overlap(area.elevation, bottom);
+                behind * (1.0 - part) + (ROOM_C + area.above_c) * part
+            });
+            *pixel = ((celsius + NOISE_C * self.noise.next()) * 4.0).round() as i16;
+        }
+        make(pixels)
+    }
+}
+
+/// The part of a pixel that begins at an angle which lies between two edges.
+fn overlap(edges: [f64; 2], from: f64) -> f64 {
+    let within = edges[1].min(from + PIXEL_DEG) - edges[0].max(from);
+    (within / PIXEL_DEG).clamp(0.0, 1.0)
+}
+
+/// Noise of unit variance: the sum of twelve uniform numbers from a xorshift generator.
+#[derive(Clone, Debug)]
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+
+    fn uniform(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
