@@ -80,11 +80,12 @@ impl Change {
             bench.requests.push(read_request(request)?);
         }
         match self.restart.as_deref() {
-            None => Ok(()),
-            Some("power") => Ok(bench.restart(false)),
-            Some("fault") => Ok(bench.restart(true)),
-            Some(other) => Err(format!("no such restart: {other}")),
+            None => {}
+            Some("power") => bench.restart(false),
+            Some("fault") => bench.restart(true),
+            Some(other) => return Err(format!("no such restart: {other}")),
         }
+        Ok(())
     }
 
     fn apply_interlock(&self, bench: &mut Bench) {

@@ -11,8 +11,7 @@ use crate::bench::{level, view};
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlanChanges {
-    /// Id, horizontal and vertical angle in degrees, top and bottom level of each view.
-    views: Option<Vec<(String, f64, f64, f64, f64)>>,
+    views: Option<Vec<ViewLine>>,
     policy: Option<String>,
     smooth: bool,
     neutral: Option<(f64, f64)>,
@@ -35,6 +34,9 @@ pub struct PlanChanges {
     /// First and last date of closed days.
     closed: Vec<(String, String)>,
 }
+
+/// Id, horizontal and vertical angle in degrees, top and bottom level.
+type ViewLine = (String, f64, f64, f64, f64);
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

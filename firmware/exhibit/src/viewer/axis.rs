@@ -12,8 +12,13 @@ const BIN: i32 = 250;
 const HALF_AXIS: i32 = 5_500;
 /// Bins of the common azimuth axis.
 const BINS: usize = 44;
-/// The distance at which viewers are expected, in mm: the parallax of the sensors is that of this distance.
-const EXPECTED_MM: i32 = 1_200;
+/// Nobody is nearer or farther than this, in mm, where the parallax is concerned.
+const NEAREST_MM: i32 = 600;
+const FARTHEST_MM: i32 = 3_000;
+/// A body's width in mm: what its apparent width tells of its distance.
+const SHOULDERS_MM: i32 = 420;
+/// Rows, from the top, in which somebody at the display shows no more than the head.
+const HEAD_ROWS: usize = 2;
 /// A valley parts two bodies where it is not above this many eighths of the lower one's peak.
 const VALLEY_EIGHTHS: u32 = 5;
 /// A body's peak holds at least this much warmth in a bin, in eighths of a degree.
@@ -27,6 +32,8 @@ const FLOOR: i32 = -1_600;
 #[derive(Clone, Copy, Debug, Default)]
 struct Column {
     warmth: u16,
+    /// The part of it in the rows of heads.
+    head: u16,
     /// Elevation of the upper edge of what is warm.
     top: i16,
     moved: bool,
@@ -45,15 +52,22 @@ pub(super) struct Strip {
 #[derive(Clone, Copy, Default)]
 struct Bin {
     warmth: u32,
-    /// The azimuth, as seen from the stack.
+    head: u32,
     azimuth: i32,
+    /// Where the sensors stand that see it, to the right of the stack.
+    right_mm: i32,
+    /// Nothing is seen beyond it.
+    is_edge: bool,
     top: i32,
     moved: bool,
 }
 
 impl Strip {
-    pub(super) const EMPTY: Self =
-        Self { columns: [Column { warmth: 0, top: i16::MIN, moved: false }; COLUMNS], left: 0, right_mm: 0 };
+    pub(super) const EMPTY: Self = Self {
+        columns: [Column { warmth: 0, head: 0, top: i16::MIN, moved: false }; COLUMNS],
+        left: 0,
+        right_mm: 0,
+    };
 
     /// Sums the rows of a sensor's warmth.
     pub(super) fn new(frame: &ThermalFrame, warmth: &Warmth) -> Self {
@@ -65,6 +79,7 @@ impl Strip {
         for (index, column) in strip.columns.iter_mut().enumerate() {
             let rows = warmth.above.iter().skip(index).step_by(COLUMNS);
             column.warmth = rows.clone().fold(0_u16, |sum, above| sum.saturating_add(*above));
+            column.head = rows.clone().take(HEAD_ROWS).fold(0_u16, |sum, above| sum.saturating_add(*above));
             column.top =
                 upper_edge(rows.copied()).map_or(i16::MIN, |top| (top + i32::from(frame.pitch.0)) as i16);
             let of_column = 0x0101_0101_0101_0101_u64 << index;
@@ -112,27 +127,30 @@ pub(super) fn bodies(strips: &[Strip; 2]) -> Sightings {
 fn fuse(strips: &[Strip; 2]) -> [Bin; BINS] {
     let mut bins = [Bin::default(); BINS];
     for (bin, index) in bins.iter_mut().zip(0_i32..) {
-        let azimuth = index * BIN + BIN / 2 - HALF_AXIS;
-        let (mut seen_by, mut warmth, mut seen_from) = (0_u32, 0_u32, 0);
+        bin.azimuth = index * BIN + BIN / 2 - HALF_AXIS;
+        bin.is_edge = index == 0 || index == BINS as i32 - 1;
         bin.top = i32::from(i16::MIN);
+        let mut seen_by = 0_u32;
         for strip in strips {
-            let Some(column) = strip.at(azimuth) else { continue };
+            let Some(column) = strip.at(bin.azimuth) else { continue };
             seen_by += 1;
-            warmth += u32::from(column.warmth);
-            seen_from += strip.right_mm;
+            bin.warmth += u32::from(column.warmth);
+            bin.head += u32::from(column.head);
+            bin.right_mm += strip.right_mm;
             bin.top = bin.top.max(i32::from(column.top));
             bin.moved |= column.moved;
         }
-        bin.warmth = warmth.checked_div(seen_by).unwrap_or(0);
-        bin.azimuth = azimuth + parallax(azimuth, seen_from / seen_by.max(1) as i32);
+        bin.warmth /= seen_by.max(1);
+        bin.head /= seen_by.max(1);
+        bin.right_mm /= seen_by.max(1) as i32;
     }
     bins
 }
 
 /// What is added to an azimuth that was seen from beside the stack: to first order `x cos(azimuth) / distance`,
 /// within 0.02 degrees of the arc tangent at these distances.
-fn parallax(azimuth: i32, right_mm: i32) -> i32 {
-    right_mm * angle::cosine(azimuth) / 32_768 * angle::RADIAN / EXPECTED_MM
+fn parallax(azimuth: i32, right_mm: i32, distance_mm: i32) -> i32 {
+    right_mm * angle::cosine(azimuth) / 32_768 * angle::RADIAN / distance_mm
 }
 
 /// Gives how many bins from the first on belong to one body, or to none.
@@ -168,10 +186,18 @@ fn sighting(bins: &[Bin]) -> Option<Sighting> {
     if peak < LEAST_PEAK {
         return None;
     }
-    let moment: i64 = bins.iter().map(|bin| i64::from(bin.warmth) * i64::from(bin.azimuth)).sum();
-    let horizontal = moment / i64::from(warmth.max(1));
-    let solid = bins.iter().filter(|bin| bin.warmth * 2 >= peak);
-    let top = solid.map(|bin| bin.top).max()?;
+    let solid = || bins.iter().filter(|bin| bin.warmth * 2 >= peak);
+    let width = solid().count() as i32 * BIN;
+    let at_edge = solid().any(|bin| bin.is_edge);
+    // Of a body that is cut off by the edge of sight the head still tells the middle.
+    let azimuth = match mean(bins, |bin| bin.head, |bin| bin.azimuth) {
+        Some(head) if at_edge => head,
+        _ => mean(bins, |bin| bin.warmth, |bin| bin.azimuth)?,
+    };
+    let distance_mm = (SHOULDERS_MM * angle::RADIAN / width).clamp(NEAREST_MM, FARTHEST_MM);
+    let right_mm = mean(bins, |bin| bin.warmth, |bin| bin.right_mm)?;
+    let horizontal = azimuth + parallax(azimuth, right_mm, distance_mm);
+    let top = solid().map(|bin| bin.top).max()?;
     if top <= FLOOR {
         return None;
     }
@@ -180,6 +206,13 @@ fn sighting(bins: &[Bin]) -> Option<Sighting> {
         strength: warmth.min(u32::from(u16::MAX)) as u16,
         moves: bins.iter().any(|bin| bin.moved && bin.warmth > 0),
     })
+}
+
+/// The mean of a value over bins by their weight; none where nothing has weight.
+fn mean(bins: &[Bin], weight: fn(&Bin) -> u32, value: fn(&Bin) -> i32) -> Option<i32> {
+    let total: u32 = bins.iter().map(weight).sum();
+    let moment: i64 = bins.iter().map(|bin| i64::from(weight(bin)) * i64::from(value(bin))).sum();
+    moment.checked_div(i64::from(total)).map(|mean| mean as i32)
 }
 
 fn replace_weakest(sightings: &mut Sightings, sighting: Sighting) {

@@ -20,8 +20,8 @@ const NEAR: u16 = 4;
 /// Fractional bits of a track's filter.
 const FRACTION: u32 = 8;
 /// The alpha-beta filter's gains as parts of 16: position, and velocity for each picture.
-const ALPHA: i32 = 9;
-const BETA: i32 = 2;
+const ALPHA: i32 = 13;
+const BETA: i32 = 3;
 
 /// One viewer as followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

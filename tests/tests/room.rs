@@ -1,0 +1,120 @@
+//! How well viewers are found in the simulated room: bearing, delay, and how long a wrong view may be held.
+
+use vitrine_tests::bench::Bench;
+use vitrine_tests::room::{Body, Kind, Waypoint};
+
+fn run_until(bench: &mut Bench, time_s: f64) {
+    while bench.time_s() < time_s {
+        bench.step().expect("what must always hold");
+    }
+}
+
+fn walker(path: &[(f64, f64, f64)]) -> Body {
+    let path = path.iter().map(|(time, angle, distance)| Waypoint(*time, *angle, *distance)).collect();
+    Body { kind: Kind::Person, height_m: 1.7, path }
+}
+
+/// The mean error of the horizontal bearing over three seconds, and that of the vertical, in degrees.
+fn bearing_errors(angle: f64, distance: f64, height_m: f64) -> (f64, f64) {
+    let mut bench = Bench::new();
+    let path = vec![Waypoint(5.0, angle, distance), Waypoint(100.0, angle, distance)];
+    bench.room.bodies = vec![Body { kind: Kind::Person, height_m, path }];
+    run_until(&mut bench, 8.0);
+    let (mut horizontal, mut vertical) = (0.0, 0.0);
+    for _ in 0..300 {
+        bench.step().expect("what must always hold");
+        let bearing = bench.snapshot().bearing.unwrap_or_else(|| panic!("lost at {angle} deg, {distance} m"));
+        let body = &bench.room.bodies[0];
+        let time_s = bench.time_s();
+        let of = |angle: Option<f64>| angle.expect("it stands there");
+        horizontal += f64::from(bearing.horizontal.0) / 100.0 - of(body.horizontal_deg(time_s));
+        vertical += f64::from(bearing.vertical.0) / 100.0 - of(body.vertical_deg(time_s));
+    }
+    (horizontal / 300.0, vertical / 300.0)
+}
+
+#[test]
+fn bearings_are_within_two_degrees_out_to_45_from_0_7_to_3_m() {
+    let mut worst = (0.0_f64, 0, 0.0);
+    for distance in [0.7, 1.0, 1.5, 2.0, 2.5, 3.0] {
+        for angle in (-45..=45).step_by(5) {
+            let (error, _) = bearing_errors(f64::from(angle), distance, 1.7);
+            if error.abs() > worst.0.abs() {
+                worst = (error, angle, distance);
+            }
+        }
+    }
+    println!("worst bias {:.2} deg at {} deg, {} m", worst.0, worst.1, worst.2);
+    assert!(worst.0.abs() <= 2.0, "{worst:?}");
+}
+
+#[test]
+fn eyes_are_found_within_six_degrees_from_1_2_to_2_m() {
+    let mut worst = 0.0_f64;
+    for distance in [1.2, 1.5, 2.0] {
+        for height in [1.4, 1.55, 1.7, 1.85] {
+            for angle in [-30.0, -12.0, 0.0, 25.0] {
+                worst = worst.max(bearing_errors(angle, distance, height).1.abs());
+            }
+        }
+    }
+    println!("worst vertical bias {worst:.2} deg");
+    assert!(worst <= 6.0, "{worst}");
+}
+
+/// From the moment the viewer's bearing has crossed to another view's side by the hysteresis, to a change of levels.
+#[test]
+fn levels_follow_a_viewer_who_moved_within_0_9_s() {
+    let mut worst = 0.0_f64;
+    for start in 0..20 {
+        let moves = 10.0 + f64::from(start) * 0.037;
+        let mut bench = Bench::new();
+        bench.room.bodies =
+            vec![walker(&[(5.0, 0.0, 1.5), (moves, 0.0, 1.5), (moves + 0.3, 30.0, 1.5), (99.0, 30.0, 1.5)])];
+        run_until(&mut bench, moves);
+        let before = bench.command.levels();
+        while bench.command.levels() == before {
+            bench.step().expect("what must always hold");
+            assert!(bench.time_s() < moves + 5.0, "the levels never follow");
+        }
+        // The viewer is clearly nearer to the other view from 17 degrees on, after this part of the stride.
+        worst = worst.max(bench.time_s() - moves - 0.3 * 17.0 / 30.0);
+    }
+    println!("slowest answer {worst:.2} s");
+    assert!(worst <= 0.9, "{worst}");
+}
+
+/// Somebody walks to and fro at many paces; a view that is clearly not the nearest is never kept for long.
+#[test]
+fn a_wrong_view_is_never_held_longer_than_one_and_a_half_seconds() {
+    let mut worst = 0.0_f64;
+    for pace_s in [2.0, 3.0, 4.0, 6.0, 9.0] {
+        let legs = (0..12).map(|leg| {
+            let side = if leg % 2 == 0 { -38.0 } else { 38.0 };
+            (5.0 + f64::from(leg) * pace_s, side, 1.3)
+        });
+        let mut bench = Bench::new();
+        bench.room.bodies = vec![walker(&legs.collect::<Vec<_>>())];
+        run_until(&mut bench, 7.0);
+        let mut wrong_for = 0.0;
+        while bench.time_s() < 5.0 + 11.0 * pace_s - 0.1 {
+            bench.step().expect("what must always hold");
+            wrong_for = if is_wrong(&bench) { wrong_for + 0.01 } else { 0.0 };
+            worst = worst.max(wrong_for);
+        }
+    }
+    println!("longest wrong view {worst:.2} s");
+    assert!(worst <= 1.5, "{worst}");
+}
+
+/// Another view is nearer to where the viewer really stands, by more than the hysteresis and 2 degrees.
+fn is_wrong(bench: &Bench) -> bool {
+    let Some(at) = bench.room.bodies[0].horizontal_deg(bench.time_s()) else { return false };
+    let plan = bench.plan.as_ref().expect("there is a plan");
+    let away = |view: &vitrine_exhibit::plan::View| (f64::from(view.horizontal.0) / 100.0 - at).abs();
+    let Some(shown) = bench.snapshot().view.and_then(|view| plan.views.get(usize::from(view))) else {
+        return true;
+    };
+    let nearest = plan.views.iter().map(away).fold(f64::MAX, f64::min);
+    away(shown) - nearest > 6.0
+}
