@@ -160,7 +160,9 @@ impl State {
     }
 
     fn keep_ledger(&mut self, inputs: &Inputs<'_>, elapsed: Milliseconds, events: &mut Events) {
+        let before = *self.ledger.spent();
         if inputs.stored.is_some_and(|stored| self.ledger.stored(stored)) {
+            tell_day(&before, events);
             events.push(Event::DayBegan);
         }
         // What was lit until now was lit under the calibration of the step before.
@@ -392,6 +394,25 @@ impl State {
             watchdog_resets: spent.watchdog_resets,
             lease: self.requests.lease(),
         }
+    }
+}
+
+/// Tells what both lamps gave in a day that has ended; nothing of the time before a clock was first valid.
+fn tell_day(ended: &LedgerRecord, events: &mut Events) {
+    const UJ_PER_J: u64 = 1_000_000;
+    const MS_PER_H: u64 = 3_600_000;
+    let within = |value: u64| u32::try_from(value).unwrap_or(u32::MAX);
+    if ended.day == 0 {
+        return;
+    }
+    for lamp in [Lamp::Top, Lamp::Bottom] {
+        let account = ended.lamps.get(lamp);
+        events.push(Event::DayDose {
+            lamp,
+            day: ended.day,
+            joules_m2: within(account.day.0.div_ceil(UJ_PER_J)),
+            lit_hours: within(account.lit_ms / MS_PER_H),
+        });
     }
 }
 

@@ -192,6 +192,17 @@ pub enum Event {
     LampHours(Lamp, u16),
     /// A fresh stack was declared.
     NewStack,
+    /// What a lamp had given in a day of the ledger when that day ended.
+    DayDose {
+        /// Which lamp.
+        lamp: Lamp,
+        /// The local day since 1970-01-01.
+        day: u32,
+        /// The dose on its nearest film in that day, in J/m², rounded up.
+        joules_m2: u32,
+        /// The hours that it had burnt in all by then.
+        lit_hours: u32,
+    },
 }
 
 impl Event {

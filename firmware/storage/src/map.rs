@@ -36,7 +36,7 @@ pub const LEDGER_ENTRY_BYTES: usize = 120;
 pub const LEDGER: Ring<LEDGER_ENTRY_BYTES> = Ring::new(SETTINGS.end(), 8);
 
 /// Bytes of an entry of the event log.
-pub const LOG_ENTRY_BYTES: usize = 24;
+pub const LOG_ENTRY_BYTES: usize = 32;
 
 /// The event log, at the very end.
 pub const LOG: Ring<LOG_ENTRY_BYTES> = Ring::new(FLASH_BYTES - 32 * SECTOR_BYTES, 32);

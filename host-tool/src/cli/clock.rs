@@ -61,6 +61,12 @@ pub(super) fn time_text(time: UtcSeconds) -> String {
         .map_or_else(|_| format!("{} s since 1970", time.0), |time| time.to_string())
 }
 
+/// A day since 1970-01-01 as ISO 8601.
+pub(super) fn date_text(day: u32) -> String {
+    Timestamp::from_second(i64::from(day) * 86_400)
+        .map_or_else(|_| format!("day {day}"), |time| time.strftime("%Y-%m-%d").to_string())
+}
+
 pub(super) fn source_text(source: ClockSource) -> &'static str {
     match source {
         ClockSource::Nothing => "nothing",

@@ -4,14 +4,17 @@ use clap::Args;
 use jiff::Timestamp;
 use miette::Report;
 use serde_json::{Value, json};
+use vitrine_exhibit::events::Event;
 use vitrine_protocol::message::LogEntry;
 
-use super::clock::time_text;
+use super::clock::{date_text, time_text};
 use super::connect::To;
 use super::output::Output;
 use super::words;
 
 /// Read the controller's event log, oldest entry first.
+///
+/// At the end of each day the log keeps what each lamp gave in it, and the hours it had burnt by then.
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
@@ -41,7 +44,7 @@ impl Log {
         }
         let values: Vec<Value> = entries.iter().map(as_json).collect();
         let line = if self.csv { as_csv } else { as_text };
-        let header = if self.csv { "number,time,uptime_s,event\n" } else { "" };
+        let header = if self.csv { "number,time,uptime_s,event,day,lamp,dose_j_m2,lamp_hours\n" } else { "" };
         output.result(&values, || {
             format!("{header}{}", entries.iter().map(line).collect::<Vec<_>>().join("\n"))
         });
@@ -62,7 +65,13 @@ fn as_text(entry: &LogEntry) -> String {
 fn as_csv(entry: &LogEntry) -> String {
     // A quotation mark within a quoted field is doubled (RFC 4180).
     let event = words::event(entry.event).replace('"', "\"\"");
-    format!("{},{},{},\"{event}\"", entry.sequence, time(entry), entry.uptime_s)
+    let dose = match entry.event {
+        Event::DayDose { lamp, day, joules_m2, lit_hours } => {
+            format!("{},{},{joules_m2},{lit_hours}", date_text(day), words::lamp(lamp))
+        }
+        _ => ",,,".to_owned(),
+    };
+    format!("{},{},{},\"{event}\",{dose}", entry.sequence, time(entry), entry.uptime_s)
 }
 
 fn as_json(entry: &LogEntry) -> Value {

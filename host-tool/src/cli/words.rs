@@ -75,6 +75,10 @@ pub(super) fn event(event: Event) -> String {
         }
         Event::LeaseLapsed => "a host's hold, dark or open ran out".to_owned(),
         Event::DayBegan => "a new day of the dose ledger began".to_owned(),
+        Event::DayDose { lamp: which, day, joules_m2, lit_hours } => {
+            let date = super::clock::date_text(day);
+            format!("{} lamp on {date}: {joules_m2} J/m2; {lit_hours} h lit in all", lamp(which))
+        }
         Event::LifeDoseUsed(which, percent) => {
             format!("{} lamp: {percent} % of the stack's life dose are used", lamp(which))
         }

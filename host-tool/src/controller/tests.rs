@@ -1,4 +1,8 @@
-use vitrine_exhibit::{units::Level, viewer::Bearing};
+use vitrine_exhibit::{
+    events::Event,
+    units::{Lamp, Level},
+    viewer::Bearing,
+};
 
 use super::{Clock, FlashFile, Noise, Viewer, VirtualController, Walk, thermal_frames};
 use crate::link::tests::plan_bytes;
@@ -6,11 +10,15 @@ use vitrine_protocol::{Controller, plan_file};
 
 fn with_plan() -> VirtualController {
     let mut controller = VirtualController::new(FlashFile::in_memory(), Clock::Computer).expect("readable");
+    load_plan(&mut controller);
+    controller
+}
+
+fn load_plan(controller: &mut VirtualController) {
     let plan = plan_bytes("Three photographs");
     controller.begin_plan(plan.len() as u32).expect("begun");
     controller.append_plan(&plan).expect("written");
     controller.commit_plan(plan_file::crc(&plan)).expect("committed");
-    controller
 }
 
 #[test]
@@ -96,4 +104,34 @@ fn boards_warm_up_under_the_lamps() {
     };
     assert!(celsius(warm.bottom).0 > celsius(cold).0 + 500);
     assert!(celsius(warm.bottom) > celsius(warm.top));
+}
+
+#[test]
+fn the_log_keeps_the_dose_of_each_day() {
+    // 2026-11-22T20:37:42Z, and a plan without a time zone.
+    let evening = vitrine_exhibit::units::UtcSeconds(1_795_379_862);
+    let mut controller =
+        VirtualController::new(FlashFile::in_memory(), Clock::Simulated(evening)).expect("readable");
+    load_plan(&mut controller);
+    controller.set_walk(Walk::back_and_forth());
+    controller.advance(4 * 3_600_000);
+    let mut entries = Vec::new();
+    let mut next = 0;
+    loop {
+        let page = controller.read_log(next).expect("log");
+        let Some(last) = page.entries.last() else { break };
+        next = last.sequence + 1;
+        entries.extend(page.entries.iter().map(|entry| entry.event));
+    }
+    let doses: Vec<_> = entries
+        .iter()
+        .filter_map(|event| match event {
+            Event::DayDose { lamp, day, joules_m2, .. } => Some((*lamp, *day, *joules_m2)),
+            _ => None,
+        })
+        .collect();
+    let [(Lamp::Top, 20_779, top), (Lamp::Bottom, 20_779, bottom)] = doses[..] else { panic!("{doses:?}") };
+    let life = controller.snapshot().life_dose.map(|dose| dose.0 / 1_000_000);
+    assert!(u64::from(top) > life.top / 2 && u64::from(top) < life.top, "{top} of {life:?}");
+    assert!(u64::from(bottom) > life.bottom / 2 && u64::from(bottom) < life.bottom, "{bottom} of {life:?}");
 }

@@ -148,7 +148,12 @@ pub(super) fn largest_log_page() -> LogPage {
             sequence: u32::MAX - 100 + number,
             time: Some(UtcSeconds(i64::MAX)),
             uptime_s: u32::MAX,
-            event: Event::LampHours(Lamp::Bottom, u16::MAX),
+            event: Event::DayDose {
+                lamp: Lamp::Bottom,
+                day: u32::MAX,
+                joules_m2: u32::MAX,
+                lit_hours: u32::MAX,
+            },
         };
         page.entries.push(entry).expect("room for all");
     }

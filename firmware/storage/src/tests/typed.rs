@@ -1,5 +1,5 @@
 use vitrine_exhibit::{
-    events::{Cut, Event, LogEntry},
+    events::{Event, LogEntry},
     ledger::{LampAccount, LedgerRecord},
     units::{Dose, Lamp, PerLamp, UtcSeconds},
 };
@@ -52,8 +52,10 @@ fn logged_events_are_read_by_their_number() {
     let mut flash = flash();
     let mut log = EventLog::open(&mut flash).expect("readable");
     assert_eq!((log.oldest(), log.next()), (1, 1));
-    let time = Some(UtcSeconds(i64::MAX));
-    let event = Event::CutBegan(Lamp::Bottom, Cut::BelowFloor);
+    // The last time to which a clock can be set.
+    let time = Some(UtcSeconds(4_102_444_799));
+    let event =
+        Event::DayDose { lamp: Lamp::Bottom, day: u32::MAX, joules_m2: u32::MAX, lit_hours: u32::MAX };
     for number in 1..=3 {
         assert_eq!(log.append(&mut flash, time, u32::MAX, event), Ok(number));
     }
