@@ -14,3 +14,4 @@ pub mod projection;
 pub mod stack;
 pub mod starter;
 pub mod volume;
+pub mod year;

@@ -150,6 +150,31 @@ impl Picture {
         write_png_rgb8(path, &self.rgb8(), self.width, self.height)
     }
 
+    /// Returns the picture drawn out about its centre: the new picture shows at (x, y) what this one shows at
+    /// (x * `scale_x`, y * `scale_y`), interpolated linearly; what lies outside this picture is black.
+    pub fn drawn_out(&self, scale_x: f64, scale_y: f64) -> Self {
+        let columns: Vec<_> = (0..self.width).map(|column| neighbours(column, self.width, scale_x)).collect();
+        let rows: Vec<_> = (0..self.height).map(|row| neighbours(row, self.height, scale_y)).collect();
+        let mut drawn = Self::new(self.width, self.height);
+        for channel in 0..CHANNELS {
+            let source = self.channel(channel);
+            let target = drawn.channel_mut(channel);
+            for (line, row) in target.chunks_exact_mut(self.width).zip(&rows) {
+                for (value, column) in line.iter_mut().zip(&columns) {
+                    let (Some((top, bottom, below)), Some((left, right, beside))) = (*row, *column) else {
+                        continue;
+                    };
+                    let across = |row: usize| {
+                        let line = row * self.width;
+                        source[line + left] * (1.0 - beside) + source[line + right] * beside
+                    };
+                    *value = across(top) * (1.0 - below) + across(bottom) * below;
+                }
+            }
+        }
+        drawn
+    }
+
     fn decode(bytes: &[u8]) -> Result<Self, String> {
         if jpeg::is_jpeg(bytes) && !jpeg::is_whole(bytes) {
             return Err("the JPEG data end too early".into());
@@ -212,6 +237,18 @@ impl Picture {
         }
         Ok(fitted)
     }
+}
+
+/// The two pixels of `count` between which the point lies that pixel `index` shows at `scale`, and the part of the
+/// second; `None` outside.
+fn neighbours(index: usize, count: usize, scale: f64) -> Option<(usize, usize, f32)> {
+    let middle = (count as f64 - 1.0) / 2.0;
+    let place = middle + (index as f64 - middle) * scale;
+    if !(0.0..=count as f64 - 1.0).contains(&place) {
+        return None;
+    }
+    let first = place.floor();
+    Some((first as usize, (first as usize + 1).min(count - 1), (place - first) as f32))
 }
 
 /// Writes interleaved 8-bit RGB as a PNG file, whole or not at all: to a temporary file beside it, then renamed.

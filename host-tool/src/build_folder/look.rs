@@ -65,7 +65,8 @@ pub fn look(exhibit: &Exhibit, volume: &Volume, request: &LookRequest) -> Look {
         let white = percentile(&mut light.values().to_vec(), WHITE_PERCENT);
         if white > 0.0 { 1.0 / white } else { 1.0 }
     });
-    let picture = light.map(|value| (value * gain as f32).clamp(0.0, 1.0));
+    let picture =
+        exhibit.as_seen(light.map(|value| (value * gain as f32).clamp(0.0, 1.0)), request.direction);
     Look { picture, gain, weight_sum }
 }
 

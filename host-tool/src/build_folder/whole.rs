@@ -6,6 +6,7 @@
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Sender, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::TempDir;
@@ -16,12 +17,19 @@ static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 /// The exit code of a process that an interrupt has ended: 128 plus the number of SIGINT, as shells have it.
 const INTERRUPTED: i32 = 130;
 
-/// Takes unfinished folders away when the process is interrupted.
+/// Who waits for an interrupt in place of being ended by it.
+static WAITING: Mutex<Option<Sender<()>>> = Mutex::new(None);
+
+/// Takes unfinished folders away when the process is interrupted, and ends it.
 ///
 /// # Errors
 /// Fails when the signal handler cannot be installed, or has been already.
 pub fn clean_up_on_interrupt() -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(|| {
+        let waiting = WAITING.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if waiting.is_some_and(|waiting| waiting.send(()).is_ok()) {
+            return;
+        }
         // The lock is held until the process ends: no folder is put in its place after this.
         let unfinished = unfinished();
         for folder in unfinished.iter() {
@@ -34,6 +42,14 @@ pub fn clean_up_on_interrupt() -> Result<(), ctrlc::Error> {
         }
         std::process::exit(INTERRUPTED);
     })
+}
+
+/// Waits until the process is interrupted; a second interrupt ends it.
+pub fn wait_for_interrupt() {
+    let (sender, receiver) = channel();
+    *WAITING.lock().unwrap_or_else(PoisonError::into_inner) = Some(sender);
+    // The sender is kept until it sends.
+    let _ = receiver.recv();
 }
 
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {

@@ -4,26 +4,72 @@ use std::path::PathBuf;
 
 use clap::Args;
 use miette::Report;
+use vitrine::build_folder::BuildError;
 use vitrine::config::{self, Exhibit};
+use vitrine::year::{Year, year};
 
 use super::output::Output;
 
-/// Validate an exhibit.toml and sum it up.
+/// Validate an exhibit.toml and sum it up, with the year's calendar and the dose it may cost.
 #[derive(Args)]
-#[command(
-    after_help = "Examples:\n  vitrine check exhibit.toml\n  vitrine check exhibit.toml --json | jq .stack"
-)]
+#[command(after_help = "\
+Examples:
+  vitrine check exhibit.toml
+  vitrine check exhibit.toml --year 2027
+  vitrine check exhibit.toml --json | jq .exhibit.stack")]
 pub(super) struct Check {
     /// The file to check.
     exhibit: PathBuf,
+    /// The year whose calendar is shown; without it, this one.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(2025..2199))]
+    year: Option<u16>,
 }
 
 impl Check {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let exhibit = config::load(&self.exhibit)?;
-        output.result(&exhibit, || summary(&exhibit));
+        let this_year = || jiff::Timestamp::now().to_zoned(jiff::tz::TimeZone::UTC).year().unsigned_abs();
+        let number = self.year.unwrap_or_else(this_year);
+        let calendar = exhibit.plan_calendar().map_err(BuildError::from)?;
+        let year = year(&calendar, &exhibit.plan_limits(), exhibit.full_level(), number);
+        if year.open_h == 0.0 {
+            output.note(&format!("note: the schedule lights the exhibit never in {number}"));
+        }
+        let result = serde_json::json!({ "exhibit": exhibit, "year": year });
+        output.result(&result, || format!("{}\n{}", summary(&exhibit), year_summary(&exhibit, &year)));
         Ok(())
     }
+}
+
+fn year_summary(exhibit: &Exhibit, year: &Year) -> String {
+    let mut lines = Vec::new();
+    if exhibit.schedule.is_empty() && exhibit.calendar.closed.is_empty() {
+        lines.push("open    at any time: there is no [[schedule]]".to_owned());
+    } else {
+        lines.push(format!(
+            "open    {:.0} h on {} days of {}, {}",
+            year.open_h, year.open_days, year.year, exhibit.calendar.time_zone
+        ));
+        lines.extend(year.calendar_lines().into_iter().map(|line| format!("  {line}")));
+    }
+    let limits = &exhibit.limits;
+    let minutes = 60.0 * year.full_level_h_a_day;
+    lines.push(format!(
+        "dose    a lamp at full level uses the day's {:.0} kJ/m2 in {minutes:.0} minutes; then the idle glow",
+        limits.daily_dose_j_m2 / 1000.0
+    ));
+    let life = match year.life_years {
+        Some(years) => {
+            format!(", of {:.1} MJ/m2 for the stack's life: {years:.1} years", limits.life_dose_j_m2 / 1e6)
+        }
+        None => String::new(),
+    };
+    lines.push(format!(
+        "        at most {:.2} MJ/m2 a lamp in {}, with somebody there all the time{life}",
+        year.dose_j_m2 / 1e6,
+        year.year
+    ));
+    lines.join("\n")
 }
 
 fn summary(exhibit: &Exhibit) -> String {

@@ -1,11 +1,11 @@
 //! `vitrine controller`: the controller, simulated on this computer.
 
 use std::path::PathBuf;
-use std::time::Duration;
 
 use clap::Args;
 use miette::{Diagnostic, Report};
 use thiserror::Error;
+use vitrine::build_folder::wait_for_interrupt;
 use vitrine::controller::{Clock, DEFAULT_PORT, FlashFile, Pace, VirtualController, Walk, serve};
 use vitrine::link::Address;
 use vitrine_protocol::Refusal;
@@ -65,9 +65,9 @@ impl Controller {
         let address = format!("tcp:{}", served.address());
         output.result(&serde_json::json!({ "listening": address }), || address.clone());
         output.note("listening; Ctrl-C ends it");
-        loop {
-            std::thread::sleep(Duration::from_secs(3600));
-        }
+        wait_for_interrupt();
+        drop(served);
+        Ok(())
     }
 }
 

@@ -82,8 +82,22 @@ pub(super) fn schedule_rule(mut reader: TableReader<'_>, problems: &mut Vec<Prob
         let message = "the rule ends when it begins".to_owned();
         reader.report_value(to.span.clone(), message, "for a whole day, leave `from` and `to` out");
     }
+    if let (Some(first), Some(last)) = (first, last)
+        && first <= last
+        && !holds_within(days, first, last)
+    {
+        let message = format!("none of the rule's days lies between {first} and {last}");
+        reader.report_value(reader.span(), message, "widen `first` and `last`, or name other `days`");
+    }
     reader.finish(problems);
     ScheduleRule { days, from_minute: from.value, to_minute: to.value, first, last, level }
+}
+
+/// Whether one of the weekdays `days` lies between two dates, both included.
+fn holds_within(days: [bool; 7], first: Date, last: Date) -> bool {
+    let weekday = |date: Date| usize::from(date.weekday().to_monday_zero_offset().unsigned_abs());
+    let week = std::iter::successors(Some(first), |date| date.tomorrow().ok()).take(7);
+    week.take_while(|date| *date <= last).any(|date| days[weekday(date)])
 }
 
 /// `days`, on each of which the rule holds; every day where it is left out.

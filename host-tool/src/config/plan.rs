@@ -67,6 +67,11 @@ impl Exhibit {
         }
     }
 
+    /// Irradiance of one lamp at full level on the nearest film.
+    pub fn full_level(&self) -> Irradiance {
+        irradiance(self.lamps.irradiance_w_m2)
+    }
+
     fn plan_views(&self, emphases: &[LampPair]) -> Vec<View, { vitrine_exhibit::plan::MAX_VIEWS }> {
         let pairs = self.views.iter().zip(emphases);
         pairs
@@ -94,7 +99,7 @@ impl Exhibit {
     fn lamp_calibration(&self) -> LampCalibration {
         let curve = self.lamps.calibration.iter();
         LampCalibration {
-            full_level: irradiance(self.lamps.irradiance_w_m2),
+            full_level: self.full_level(),
             curve: curve
                 .map(|[duty, part]| CurvePoint { level: level(*part), duty: level(*duty).0 })
                 .collect(),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::exhibit::{Exhibit, MethodSetting, OpticsSetting, ToneSetting};
+use super::exhibit::{Exhibit, FrameSetting, MethodSetting, OpticsSetting, ToneSetting};
 use crate::design::{DesignRequest, DesignSettings, Method, OpticsModel, Tone, ViewRequest};
 use crate::optics::Direction;
 use crate::picture::{Picture, PictureError};
@@ -53,10 +53,14 @@ impl Exhibit {
             .iter()
             .map(|view| {
                 let path = folder.join(&view.pattern);
+                let direction = Direction::new(view.horizontal_deg, view.vertical_deg);
                 Ok(ViewRequest {
                     id: view.id.clone(),
-                    pattern: Picture::read_fitted(&path, stack.width_px, stack.height_px)?,
-                    direction: Direction::new(view.horizontal_deg, view.vertical_deg),
+                    pattern: self.on_the_film(
+                        Picture::read_fitted(&path, stack.width_px, stack.height_px)?,
+                        direction,
+                    ),
+                    direction,
                     weight: view.weight,
                 })
             })
@@ -67,6 +71,29 @@ impl Exhibit {
             views,
             settings: self.settings(ink_depth),
         })
+    }
+
+    /// A pattern as it has to stand on the film. An oblique viewer sees the film narrower by the cosine of the angle:
+    /// in the viewer's frame the pattern's middle part is drawn out by as much.
+    fn on_the_film(&self, pattern: Picture, direction: Direction) -> Picture {
+        match self.viewer.frame {
+            FrameSetting::Film => pattern,
+            FrameSetting::Viewer => {
+                let [x, y] = foreshortening(direction);
+                pattern.drawn_out(x, y)
+            }
+        }
+    }
+
+    /// What is seen of a picture on the film: in the viewer's frame, it is narrower by the cosine of the angle.
+    pub fn as_seen(&self, on_the_film: Picture, direction: Direction) -> Picture {
+        match self.viewer.frame {
+            FrameSetting::Film => on_the_film,
+            FrameSetting::Viewer => {
+                let [x, y] = foreshortening(direction);
+                on_the_film.drawn_out(1.0 / x, 1.0 / y)
+            }
+        }
     }
 
     fn settings(&self, ink_depth: InkDepth) -> DesignSettings {
@@ -85,4 +112,9 @@ impl Exhibit {
             ink_depth,
         }
     }
+}
+
+/// By how much the film looks narrower and lower from `direction`.
+fn foreshortening(direction: Direction) -> [f64; 2] {
+    [direction.horizontal_deg, direction.vertical_deg].map(|degrees| degrees.to_radians().cos())
 }

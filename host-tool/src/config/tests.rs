@@ -114,6 +114,11 @@ fn wrong_values_are_shown_where_they_stand() {
         ("[calendar]\ntime_zone = \"Europe/Berlim\"", "vitrine::config::bad_value", "\"Europe/Berlim\""),
         ("[calendar]\nclosed = [\"2026-02-30\"]", "vitrine::config::bad_value", "\"2026-02-30\""),
         ("[[schedule]]\ndays = \"someday\"", "vitrine::config::bad_value", "\"someday\""),
+        (
+            "[[schedule]]\ndays = \"sun\"\nfirst = \"2026-06-01\"\nlast = \"2026-06-06\"",
+            "vitrine::config::bad_value",
+            "[[schedule]]",
+        ),
         ("[[schedule]]\nfrom = \"25:00\"", "vitrine::config::bad_value", "\"25:00\""),
         ("[lamps]\ncalibration = [1]", "vitrine::config::wrong_type", "1"),
         ("[print]\npaper = \"A9\"", "vitrine::config::bad_value", "\"A9\""),

@@ -104,3 +104,14 @@ fn the_cameras_orientation_is_applied() {
     assert_eq!((picture.width(), picture.height()), (8, 16));
     assert!(picture.channel(0)[0] > 0.9 && picture.channel(0)[15 * 8] < 0.1);
 }
+
+#[test]
+fn a_picture_is_drawn_out_about_its_centre() {
+    let mut picture = Picture::new(5, 3);
+    picture.channel_mut(0)[5..10].copy_from_slice(&[0.0, 1.0, 2.0, 3.0, 4.0]);
+    assert_eq!(picture.drawn_out(1.0, 1.0), picture);
+    assert_eq!(picture.drawn_out(0.5, 1.0).channel(0)[5..10], [1.0, 1.5, 2.0, 2.5, 3.0]);
+    assert_eq!(picture.drawn_out(2.0, 1.0).channel(0)[5..10], [0.0, 0.0, 2.0, 4.0, 0.0]);
+    assert_eq!(picture.drawn_out(1.0, 2.0).channel(0)[5..10], picture.channel(0)[5..10]);
+    assert_eq!(picture.drawn_out(1.0, 0.5).channel(0)[2], 1.0);
+}

@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 /// A temporary folder with the bundled photographs.
 pub(crate) struct Workshop {
     folder: tempfile::TempDir,
+    runtime: tempfile::TempDir,
 }
 
 /// A small exhibit of three views, so that tests are quick.
@@ -40,7 +41,7 @@ impl Workshop {
         for (name, bytes) in vitrine::starter::PHOTOGRAPHS {
             fs::write(folder.path().join(name), bytes).unwrap();
         }
-        Self { folder }
+        Self { folder, runtime: tempfile::tempdir().unwrap() }
     }
 
     /// A workshop with [`SMALL`] as exhibit.toml.
@@ -61,6 +62,8 @@ impl Workshop {
     /// The command, to be run in the folder.
     pub(crate) fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_vitrine"));
+        // Announcements of simulated controllers stay among the workshop's own.
+        command.env("VITRINE_RUNTIME_DIR", self.runtime.path());
         command.current_dir(self.folder.path()).args(arguments);
         command
     }
