@@ -14,9 +14,11 @@ extern crate std;
 
 mod angle;
 pub mod chooser;
+pub mod clock;
 pub mod controller;
 pub mod duty;
 pub mod events;
+pub mod exposure;
 pub mod fader;
 pub mod governor;
 pub mod inputs;

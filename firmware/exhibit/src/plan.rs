@@ -240,3 +240,6 @@ impl Default for PresenceSettings {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
