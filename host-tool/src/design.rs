@@ -4,11 +4,18 @@
 //! [`Design`]: the volume as it will be written, each view's emphasis, and what each view shows with its
 //! measures. It does no input or output.
 
+mod adapt;
+mod advice;
+mod compatibility;
 mod emphasis;
 mod product;
 mod request;
 mod result;
+mod scale;
 
+pub use adapt::{Adapted, adapt};
+pub use advice::{Advice, Change, Exposed, Placement, advise};
+pub use compatibility::{Prediction, SharedDetail, ViewPrediction, predict};
 pub use emphasis::{best_pair, neutral_pair};
 pub use product::product;
 pub use request::{

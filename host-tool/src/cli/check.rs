@@ -1,4 +1,4 @@
-//! `vitrine check`: validates an exhibit.toml and sums it up.
+//! `vitrine check`: validates an exhibit.toml, sums it up, and predicts what its design will reach.
 
 use std::path::PathBuf;
 
@@ -8,14 +8,17 @@ use vitrine::build_folder::BuildError;
 use vitrine::config::{self, Exhibit};
 use vitrine::year::{Year, year};
 
+use super::outlook::Outlook;
 use super::output::Output;
 
-/// Validate an exhibit.toml and sum it up, with the year's calendar and the dose it may cost.
+/// Validate an exhibit.toml and sum it up: the year's calendar, the dose it may cost, how well its views
+/// will show and what would show them better.
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
   vitrine check exhibit.toml
   vitrine check exhibit.toml --year 2027
+  vitrine check exhibit.toml --quick
   vitrine check exhibit.toml --json | jq .exhibit.stack")]
 pub(super) struct Check {
     /// The file to check.
@@ -23,6 +26,9 @@ pub(super) struct Check {
     /// The year whose calendar is shown; without it, this one.
     #[arg(long, value_parser = clap::value_parser!(u16).range(2025..2199))]
     year: Option<u16>,
+    /// Only read the file: predict and advise nothing.
+    #[arg(long)]
+    quick: bool,
 }
 
 impl Check {
@@ -35,8 +41,13 @@ impl Check {
         if year.open_h == 0.0 {
             output.note(&format!("note: the schedule lights the exhibit never in {number}"));
         }
-        let result = serde_json::json!({ "exhibit": exhibit, "year": year });
-        output.result(&result, || format!("{}\n{}", summary(&exhibit), year_summary(&exhibit, &year)));
+        let outlook = if self.quick { None } else { Some(Outlook::of(&exhibit, &self.exhibit)?) };
+        let result = serde_json::json!({ "exhibit": exhibit, "year": year, "outlook": outlook });
+        output.result(&result, || {
+            let mut parts = vec![summary(&exhibit), year_summary(&exhibit, &year)];
+            parts.extend(outlook.as_ref().map(Outlook::summary));
+            parts.join("\n")
+        });
         Ok(())
     }
 }

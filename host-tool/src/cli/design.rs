@@ -36,7 +36,7 @@ pub(super) struct Design {
 
 /// Why a design failed.
 #[derive(Debug, Error, Diagnostic)]
-enum DesignFailure {
+pub(super) enum DesignFailure {
     #[error(transparent)]
     #[diagnostic(code("vitrine::design::picture"))]
     Picture(#[from] PictureError),

@@ -9,6 +9,7 @@ mod design;
 mod devices;
 mod log;
 mod new;
+mod outlook;
 mod output;
 mod progress;
 mod requests;

@@ -89,7 +89,7 @@ fn a_new_exhibit_is_valid_as_it_is() {
     let workshop = Workshop::new();
     let stdout = workshop.succeed(&["new", "mine"]);
     assert_eq!(stdout.trim(), "mine/exhibit.toml");
-    workshop.succeed(&["check", "mine/exhibit.toml"]);
+    workshop.succeed(&["check", "mine/exhibit.toml", "--quick"]);
     assert_eq!(workshop.run(&["new", "mine"]).code, Some(1));
 }
 

@@ -1,0 +1,47 @@
+//! What a design will reach and what would be better, for `vitrine check`.
+
+use std::path::Path;
+
+use miette::Report;
+use serde::Serialize;
+use vitrine::config::Exhibit;
+use vitrine::design::{Advice, Prediction, advise, predict};
+use vitrine::volume::InkDepth;
+
+use super::design::DesignFailure;
+
+/// What the design of an exhibit will reach, and what would be better.
+#[derive(Serialize)]
+pub(super) struct Outlook {
+    prediction: Prediction,
+    advice: Vec<Advice>,
+}
+
+impl Outlook {
+    /// Tries the exhibit.toml at `path` in small.
+    pub(super) fn of(exhibit: &Exhibit, path: &Path) -> Result<Self, Report> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let request = exhibit.design_request(folder, InkDepth::Eight).map_err(DesignFailure::from)?;
+        let fail = |source| DesignFailure::Impossible { path: path.to_owned(), source };
+        Ok(Self { prediction: predict(&request).map_err(fail)?, advice: advise(&request).map_err(fail)? })
+    }
+
+    /// The outlook as lines to read.
+    pub(super) fn summary(&self) -> String {
+        let Prediction { mean_psnr_db, least_psnr_db, mean_ssim, views } = &self.prediction;
+        let mut lines = vec![format!(
+            "expect  {mean_psnr_db:.1} dB, SSIM {mean_ssim:.2} in the mean; {least_psnr_db:.1} dB in the least view"
+        )];
+        for view in views {
+            lines.push(format!("  {:<20} {:>5.1} dB  SSIM {:.2}", view.id, view.psnr_db, view.ssim));
+            lines.extend(view.reasons.iter().map(|reason| format!("    {reason}")));
+        }
+        if !self.advice.is_empty() {
+            lines.push("would gain (mean, and least view)".to_owned());
+        }
+        for Advice { change, gain_db, least_gain_db } in &self.advice {
+            lines.push(format!("  {gain_db:>+5.1} dB {least_gain_db:>+5.1} dB  {change}"));
+        }
+        lines.join("\n")
+    }
+}

@@ -1,0 +1,154 @@
+//! A design in small: the same stack, views and patterns with coarser pixels.
+//!
+//! What views cannot share lies at low frequencies, a few cycles a picture, and the geometry there does not
+//! depend on the pixels. So a design of 64 pixels a side errs as one of thousands does.
+
+use super::request::{DesignRequest, Tone, ViewRequest};
+use crate::picture::Picture;
+use crate::stack::Stack;
+use crate::volume::CHANNELS;
+
+/// Returns the request with the longer side of its films reduced to `side_px` pixels, patterns averaged in
+/// the values in which films add up; a request that is no larger is returned as it is.
+pub(super) fn reduced(request: &DesignRequest, side_px: usize) -> DesignRequest {
+    let stack = &request.stack;
+    let longer = stack.width_px.max(stack.height_px);
+    if longer <= side_px {
+        return request.clone();
+    }
+    let size = |pixels: usize| ((pixels * side_px) as f64 / longer as f64).round().max(2.0) as usize;
+    let (width_px, height_px) = (size(stack.width_px), size(stack.height_px));
+    let views = request.views.iter().map(|view| ViewRequest {
+        id: view.id.clone(),
+        pattern: averaged_in(&view.pattern, width_px, height_px, request.settings.tone),
+        ..*view
+    });
+    DesignRequest {
+        stack: Stack { width_px, height_px, ..stack.clone() },
+        distance: request.distance,
+        views: views.collect(),
+        settings: request.settings.clone(),
+    }
+}
+
+/// Reduces a picture of code values, averaging light or code values as `tone` says.
+fn averaged_in(picture: &Picture, width: usize, height: usize, tone: Tone) -> Picture {
+    match tone {
+        Tone::Linear => averaged(&picture.decoded(), width, height).encoded(),
+        Tone::Code => averaged(picture, width, height),
+    }
+}
+
+/// Reduces a picture: every pixel is the mean over the area that it covers.
+pub(super) fn averaged(picture: &Picture, width: usize, height: usize) -> Picture {
+    let columns = shares(picture.width(), width);
+    let rows = shares(picture.height(), height);
+    let mut reduced = Picture::new(width, height);
+    for channel in 0..CHANNELS {
+        let source = picture.channel(channel);
+        let narrow: Vec<f32> = source
+            .chunks_exact(picture.width())
+            .flat_map(|line| columns.iter().map(|share| share.sum(|at| line[at])))
+            .collect();
+        for (line, share) in reduced.channel_mut(channel).chunks_exact_mut(width).zip(&rows) {
+            for (column, value) in line.iter_mut().enumerate() {
+                *value = share.sum(|row| narrow[row * width + column]);
+            }
+        }
+    }
+    reduced
+}
+
+/// Enlarges a picture, interpolating linearly between pixel centres; at the edges it stays as it is there.
+pub(super) fn enlarged(picture: &Picture, width: usize, height: usize) -> Picture {
+    let columns = positions(picture.width(), width);
+    let rows = positions(picture.height(), height);
+    let mut large = Picture::new(width, height);
+    for channel in 0..CHANNELS {
+        let source = picture.channel(channel);
+        for (line, &(row, next_row, down)) in large.channel_mut(channel).chunks_exact_mut(width).zip(&rows) {
+            let upper = &source[row * picture.width()..(row + 1) * picture.width()];
+            let lower = &source[next_row * picture.width()..(next_row + 1) * picture.width()];
+            for (value, &(at, next, right)) in line.iter_mut().zip(&columns) {
+                let above = upper[at] + right * (upper[next] - upper[at]);
+                let below = lower[at] + right * (lower[next] - lower[at]);
+                *value = above + down * (below - above);
+            }
+        }
+    }
+    large
+}
+
+/// The part of one axis that a reduced pixel covers.
+struct Share {
+    first: usize,
+    weights: Vec<f32>,
+}
+
+impl Share {
+    fn sum(&self, value: impl Fn(usize) -> f32) -> f32 {
+        self.weights.iter().enumerate().map(|(offset, weight)| weight * value(self.first + offset)).sum()
+    }
+}
+
+fn shares(from: usize, to: usize) -> Vec<Share> {
+    let ratio = from as f64 / to as f64;
+    let share = |index: usize| {
+        let (start, end) = (index as f64 * ratio, (index + 1) as f64 * ratio);
+        let first = (start.floor() as usize).min(from - 1);
+        let last = (end.ceil() as usize).clamp(first + 1, from);
+        let covered = |at: usize| (end.min(at as f64 + 1.0) - start.max(at as f64)).max(0.0) / ratio;
+        Share { first, weights: (first..last).map(|at| covered(at) as f32).collect() }
+    };
+    (0..to).map(share).collect()
+}
+
+/// For each pixel of the large axis: the two small pixels between which it lies, and how far from the first.
+fn positions(from: usize, to: usize) -> Vec<(usize, usize, f32)> {
+    let place = |index: usize| {
+        let position = ((index as f64 + 0.5) * from as f64 / to as f64 - 0.5).clamp(0.0, (from - 1) as f64);
+        let lower = position.floor() as usize;
+        (lower, (lower + 1).min(from - 1), (position - lower as f64) as f32)
+    };
+    (0..to).map(place).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(width: usize, height: usize) -> Picture {
+        let mut picture = Picture::new(width, height);
+        for channel in 0..CHANNELS {
+            for (index, value) in picture.channel_mut(channel).iter_mut().enumerate() {
+                *value = (index % width) as f32 / width as f32 + (index / width) as f32 * 0.01;
+            }
+        }
+        picture
+    }
+
+    #[test]
+    fn averaging_keeps_the_mean_at_any_ratio() {
+        let picture = ramp(50, 31);
+        let mean = |picture: &Picture| {
+            picture.values().iter().map(|&v| f64::from(v)).sum::<f64>() / picture.values().len() as f64
+        };
+        for (width, height) in [(50, 31), (25, 31), (16, 9), (7, 2)] {
+            let reduced = averaged(&picture, width, height);
+            assert!((mean(&reduced) - mean(&picture)).abs() < 1e-5, "{width} x {height}");
+        }
+    }
+
+    #[test]
+    fn enlarging_keeps_a_ramp_but_for_its_ends() {
+        let small = ramp(16, 16);
+        let large = enlarged(&small, 64, 64);
+        let again = averaged(&large, 16, 16);
+        for row in 1..15 {
+            for column in 1..15 {
+                let at = row * 16 + column;
+                assert!((again.channel(1)[at] - small.channel(1)[at]).abs() < 1e-5);
+            }
+        }
+    }
+}
