@@ -36,7 +36,8 @@ fn line(device: &Device) -> String {
     }
 }
 
-fn as_json(device: &Device) -> serde_json::Value {
+/// A port and what is behind it.
+pub(super) fn as_json(device: &Device) -> serde_json::Value {
     let error = device.state.as_ref().err();
     let hello = device.state.as_ref().ok();
     serde_json::json!({

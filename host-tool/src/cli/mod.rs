@@ -13,9 +13,11 @@ mod outlook;
 mod output;
 mod progress;
 mod requests;
+mod setup;
 mod status;
 mod upload;
 mod view;
+mod watch;
 mod words;
 
 use std::process::ExitCode;
@@ -55,6 +57,7 @@ enum Command {
     Devices(devices::Devices),
     Upload(upload::Upload),
     Status(status::Status),
+    Watch(watch::Watch),
     Log(log::Log),
     Clock(clock::Clock),
     Hold(requests::Hold),
@@ -63,6 +66,10 @@ enum Command {
     Rearm(requests::Rearm),
     NewStack(requests::NewStack),
     Controller(controller::Controller),
+    Explain(setup::Explain),
+    Doctor(setup::Doctor),
+    Completions(setup::Completions),
+    Man(setup::Man),
 }
 
 /// Runs the command that the process was started with.
@@ -91,6 +98,7 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
         Command::Devices(command) => command.run(output),
         Command::Upload(command) => command.run(output),
         Command::Status(command) => command.run(output),
+        Command::Watch(command) => command.run(output),
         Command::Log(command) => command.run(output),
         Command::Clock(command) => command.run(output),
         Command::Hold(command) => command.run(output),
@@ -99,5 +107,9 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
         Command::Rearm(command) => command.run(output),
         Command::NewStack(command) => command.run(output),
         Command::Controller(command) => command.run(output),
+        Command::Explain(command) => command.run(output),
+        Command::Doctor(command) => command.run(output),
+        Command::Completions(command) => command.run(output),
+        Command::Man(command) => command.run(output),
     }
 }

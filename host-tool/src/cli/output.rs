@@ -27,6 +27,12 @@ impl Output {
         print_line(std::io::stdout(), &line);
     }
 
+    /// Prints one of many results, each on a line of its own.
+    pub(crate) fn line(self, value: &impl Serialize, text: impl FnOnce() -> String) {
+        let line = if self.json { serde_json::to_string(value).unwrap_or_default() } else { text() };
+        print_line(std::io::stdout(), &line);
+    }
+
     /// Tells a person what is going on; programs that read JSON are not told.
     pub(crate) fn note(self, text: &str) {
         if !self.json {
@@ -58,7 +64,7 @@ fn graphical() -> GraphicalReportHandler {
 }
 
 fn to_json(value: &impl Serialize) -> String {
-    serde_json::to_string_pretty(value).unwrap_or_else(|error| format!("{{\"error\": \"{error}\"}}"))
+    serde_json::to_string_pretty(value).unwrap_or_default()
 }
 
 /// A reader that has gone away, such as `head`, is no reason to fail.

@@ -106,7 +106,8 @@ fn both<T>(pair: PerLamp<T>, text: impl Fn(T) -> String) -> String {
     format!("top {}, bottom {}", texts.top, texts.bottom)
 }
 
-fn as_json(client: &Client, status: &Told, in_sync: Option<bool>) -> Value {
+/// What a controller tells of itself, with units in the keys.
+pub(super) fn as_json(client: &Client, status: &Told, in_sync: Option<bool>) -> Value {
     let snapshot = &status.snapshot;
     let lamp = |which: Lamp| {
         json!({

@@ -20,6 +20,7 @@ pub use exhibit::{
 pub use load::{load, parse};
 pub use plan::emphasis;
 pub use problem::{ConfigError, Problem};
+pub use reader::closest;
 pub use zone::{ZoneError, time_zone};
 
 #[cfg(test)]

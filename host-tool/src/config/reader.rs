@@ -232,7 +232,7 @@ pub(super) fn type_name(value: &DeValue<'_>) -> &'static str {
 }
 
 /// The name among `names` that `word` was probably meant to be.
-pub(super) fn closest<'n>(word: &str, names: &[&'n str]) -> Option<&'n str> {
+pub fn closest<'n>(word: &str, names: &[&'n str]) -> Option<&'n str> {
     let similarity = |name: &str| strsim::jaro_winkler(&word.to_lowercase(), name);
     names
         .iter()

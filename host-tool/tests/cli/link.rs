@@ -70,7 +70,7 @@ fn a_plan_is_uploaded_and_what_runs_is_told() {
     let text = workshop.succeed(&["status", "--to", &simulated.address, "--build", "build"]);
     assert!(text.contains("the controller runs this build"), "{text}");
     let log = workshop.succeed(&["log", "--to", &simulated.address, "--csv"]);
-    assert!(log.starts_with("number,time,uptime_s,event\n"), "{log}");
+    assert!(log.starts_with("number,time,uptime_s,event,"), "{log}");
     assert!(log.contains("another plan is active"), "{log}");
 }
 

@@ -2,6 +2,7 @@
 
 mod demo;
 mod design;
+mod help;
 mod link;
 mod support;
 mod view;

@@ -1,0 +1,202 @@
+//! `vitrine explain`, `completions`, `man` and `doctor`: help for the command itself.
+
+use std::path::PathBuf;
+
+use clap::{Args, CommandFactory};
+use clap_complete::Shell;
+use miette::{Diagnostic, Report};
+use serde_json::{Value, json};
+use thiserror::Error;
+use vitrine::build_folder::write_file;
+use vitrine::config::closest;
+use vitrine::link::{Client, devices};
+
+use super::Cli;
+use super::output::Output;
+use super::words;
+
+const EXPLANATIONS: &str = include_str!("explain.txt");
+
+/// Explain an error by its code, or list all codes.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  vitrine explain vitrine::config::unknown_key
+  vitrine explain link::busy
+  vitrine explain                     lists all codes")]
+pub(super) struct Explain {
+    /// The code that stands above an error's message; `vitrine::` may be left out.
+    code: Option<String>,
+}
+
+/// Print a completion script for a shell.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  vitrine completions bash > ~/.local/share/bash-completion/completions/vitrine
+  vitrine completions zsh > ~/.zfunc/_vitrine")]
+pub(super) struct Completions {
+    /// The shell.
+    shell: Shell,
+}
+
+/// Write the man pages into a folder.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  vitrine man ~/.local/share/man/man1")]
+pub(super) struct Man {
+    /// The folder, which must exist.
+    folder: PathBuf,
+}
+
+/// Collect what a person needs to help: versions, ports, controllers and their last events.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  vitrine doctor\n  vitrine doctor --json > doctor.json")]
+pub(super) struct Doctor {}
+
+#[derive(Debug, Error, Diagnostic)]
+enum SetupFailure {
+    #[error("there is no error with the code {code}")]
+    #[diagnostic(code(vitrine::setup::no_such_code), help("{help}"))]
+    NoSuchCode { code: String, help: String },
+    #[error("cannot write {}", path.display())]
+    #[diagnostic(
+        code(vitrine::setup::write),
+        help("look at the folder, the disk's free space and the permissions")
+    )]
+    Write { path: PathBuf, source: std::io::Error },
+}
+
+impl Explain {
+    pub(super) fn run(self, output: Output) -> Result<(), Report> {
+        let Some(code) = self.code else {
+            let codes: Vec<&str> = explanations().map(|(code, _)| code).collect();
+            output.result(&codes, || codes.join("\n"));
+            return Ok(());
+        };
+        let full = if code.starts_with("vitrine::") { code.clone() } else { format!("vitrine::{code}") };
+        let Some((code, text)) = explanations().find(|(known, _)| *known == full) else {
+            let codes: Vec<&str> = explanations().map(|(code, _)| code).collect();
+            let help = match closest(&full, &codes) {
+                Some(known) => format!("did you mean {known}? `vitrine explain` lists all codes"),
+                None => "`vitrine explain` lists all codes".to_owned(),
+            };
+            return Err(SetupFailure::NoSuchCode { code, help }.into());
+        };
+        output.result(&json!({ "code": code, "explanation": text }), || format!("{code}\n\n{text}"));
+        Ok(())
+    }
+}
+
+/// Codes with their explanations.
+fn explanations() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let sections = EXPLANATIONS.split("# ").filter(|section| !section.is_empty());
+    sections.filter_map(|section| section.split_once('\n')).map(|(code, text)| (code, text.trim()))
+}
+
+impl Completions {
+    pub(super) fn run(self, output: Output) -> Result<(), Report> {
+        let mut script = Vec::new();
+        clap_complete::generate(self.shell, &mut Cli::command(), "vitrine", &mut script);
+        let script = String::from_utf8_lossy(&script).into_owned();
+        output.result(&json!({ "shell": self.shell.to_string(), "script": script }), || script.clone());
+        Ok(())
+    }
+}
+
+impl Man {
+    pub(super) fn run(self, output: Output) -> Result<(), Report> {
+        let mut written = Vec::new();
+        let mut command = Cli::command();
+        command.build();
+        for page in std::iter::once(&command).chain(command.get_subcommands()) {
+            let man = clap_mangen::Man::new(page.clone());
+            let path = self.folder.join(man.get_filename());
+            let write = |source| SetupFailure::Write { path: path.clone(), source };
+            let mut text = Vec::new();
+            man.render(&mut text).map_err(write)?;
+            write_file(&path, &text).map_err(write)?;
+            written.push(path);
+        }
+        output.result(&written, || {
+            written.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join("\n")
+        });
+        Ok(())
+    }
+}
+
+impl Doctor {
+    pub(super) fn run(self, output: Output) -> Result<(), Report> {
+        let ports: Vec<Value> = devices().iter().map(super::devices::as_json).collect();
+        let ready = ports.iter().filter(|port| port["ready"] == true);
+        let controllers: Vec<Value> = ready.filter_map(|port| controller(port["port"].as_str()?)).collect();
+        let told = json!({
+            "vitrine": env!("CARGO_PKG_VERSION"),
+            "protocol": vitrine_protocol::VERSION,
+            "fingerprint": format!("{:08x}", vitrine_protocol::FINGERPRINT),
+            "system": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            "processors": std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+            "ports": ports,
+            "controllers": controllers,
+        });
+        // One form serves both: it is to be sent to somebody who helps.
+        let text = serde_json::to_string_pretty(&told).unwrap_or_default();
+        output.result(&told, || text);
+        Ok(())
+    }
+}
+
+/// Status and last events of the controller at `port`; none if it does not answer.
+fn controller(port: &str) -> Option<Value> {
+    const LAST_EVENTS: u32 = 20;
+    let mut client = Client::open(&port.parse().ok()?).ok()?;
+    let status = client.status().ok()?;
+    let events = client.log(status.log_next.saturating_sub(LAST_EVENTS)).ok()?;
+    Some(json!({
+        "status": super::status::as_json(&client, &status, None),
+        "last_events": events.iter().map(|entry| words::event(entry.event)).collect::<Vec<_>>(),
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    /// All error codes in the crate's sources.
+    fn codes_in(folder: &Path, found: &mut BTreeSet<String>) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                codes_in(&path, found);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let text = std::fs::read_to_string(&path).unwrap();
+                for mark in ["code(vitrine::", "\"vitrine::"] {
+                    found.extend(text.split(mark).skip(1).filter_map(code));
+                }
+            }
+        }
+    }
+
+    /// The code at the start of `text`, `vitrine::` being cut off: two words of lower case.
+    fn code(text: &str) -> Option<String> {
+        let end = text.find(|c: char| !(c.is_ascii_lowercase() || c == '_' || c == ':'))?;
+        let ended = text[end..].starts_with(['"', ')']);
+        (ended && text[..end].matches("::").count() == 1).then(|| format!("vitrine::{}", &text[..end]))
+    }
+
+    #[test]
+    fn every_error_code_has_its_explanation_and_no_other_has() {
+        let mut used = BTreeSet::new();
+        codes_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut used);
+        let explained: Vec<&str> = explanations().map(|(code, _)| code).collect();
+        assert!(used.len() > 50, "{used:?}");
+        assert!(explained.is_sorted());
+        assert_eq!(used.iter().map(String::as_str).collect::<Vec<_>>(), explained);
+    }
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

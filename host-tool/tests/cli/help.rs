@@ -1,0 +1,96 @@
+//! What helps a user: explanations, completions, man pages, the README's commands.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::support::{Workshop, names};
+
+#[test]
+fn an_error_is_explained_by_the_code_it_shows() {
+    let workshop = Workshop::new();
+    workshop.write("exhibit.toml", "[[view]]\nid = \"a\"\npattern = \"none.jpg\"\n");
+    let finished = workshop.run(&["check", "exhibit.toml"]);
+    let code = "vitrine::config::bad_picture";
+    assert!(finished.stderr.contains(code), "{}", finished.stderr);
+    let explanation = workshop.succeed(&["explain", code]);
+    assert!(explanation.contains("relative to exhibit.toml"), "{explanation}");
+    assert_eq!(explanation, workshop.succeed(&["explain", "config::bad_picture"]));
+    let finished = workshop.run(&["explain", "config::bad_pictures"]);
+    assert_eq!(finished.code, Some(1));
+    assert!(finished.stderr.contains("did you mean vitrine::config::bad_picture?"), "{}", finished.stderr);
+}
+
+#[test]
+fn completions_and_man_pages_name_every_command() {
+    let workshop = Workshop::new();
+    for shell in ["bash", "zsh", "fish", "powershell"] {
+        assert!(workshop.succeed(&["completions", shell]).contains("new-stack"), "{shell}");
+    }
+    std::fs::create_dir(workshop.path("man1")).unwrap();
+    workshop.succeed(&["man", "man1"]);
+    let pages = names(&workshop.path("man1"));
+    assert!(
+        pages.contains(&"vitrine.1".to_owned()) && pages.contains(&"vitrine-design.1".to_owned()),
+        "{pages:?}"
+    );
+    assert_eq!(workshop.run(&["man", "nowhere"]).code, Some(1));
+}
+
+#[test]
+fn the_doctor_tells_versions_and_ports() {
+    let told: Value = serde_json::from_str(&Workshop::new().succeed(&["doctor"])).unwrap();
+    assert_eq!(told["vitrine"], env!("CARGO_PKG_VERSION"));
+    assert!(told["ports"].is_array());
+}
+
+#[test]
+fn check_shows_the_year_and_what_it_costs() {
+    let workshop = Workshop::small();
+    let schedule = "[[schedule]]\ndays = \"sat-sun\"\nfrom = \"10:00\"\nto = \"18:00\"\n";
+    workshop.write("exhibit.toml", format!("{}{schedule}", super::support::SMALL));
+    let text = workshop.succeed(&["check", "exhibit.toml", "--year", "2026"]);
+    assert!(text.contains("832 h on 104 days of 2026, UTC"), "{text}");
+    assert!(text.contains("Jan       ..##.....##.....##.....##.....#"), "{text}");
+    assert!(text.contains("30 kJ/m2 in 50 minutes"), "{text}");
+}
+
+/// The README's own commands, with a design small enough for a test.
+#[test]
+fn the_commands_of_the_readme_work() {
+    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).unwrap();
+    let lines = readme.lines().filter_map(|line| line.strip_prefix("    vitrine "));
+    let commands: Vec<Vec<&str>> =
+        lines.map(|line| line.split('#').next().unwrap_or_default().split_whitespace().collect()).collect();
+    assert!(commands.len() >= 7, "{commands:?}");
+    let workshop = Workshop::new();
+    for command in commands {
+        match command.as_slice() {
+            // These need a controller: their own tests run them.
+            ["controller" | "upload" | "status" | "hold", ..] => {
+                workshop.succeed(&[command[0], "--help"]);
+            }
+            ["new", folder] => {
+                workshop.succeed(&command);
+                let exhibit = format!("{folder}/exhibit.toml");
+                let text = std::fs::read_to_string(workshop.path(&exhibit)).unwrap();
+                let small =
+                    text.replace("pixels = 512", "pixels = 48").replace("\"least-squares\"", "\"product\"");
+                assert_ne!(text, small);
+                workshop.write(&exhibit, small);
+            }
+            _ => {
+                workshop.succeed(&command);
+            }
+        }
+    }
+    assert!(workshop.path("right.png").exists());
+    for (number, line) in readme.lines().enumerate() {
+        let words = line.split(['(', ')', '`', ' ']);
+        for path in words.filter(|word| word.starts_with("host-tool/") || word.starts_with("hardware/")) {
+            let path = path.trim_end_matches(['.', ',', ';']);
+            let there = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path).exists();
+            assert!(there, "README.md:{}: {path}", number + 1);
+        }
+    }
+}
