@@ -6,9 +6,15 @@
 
 mod adapt;
 mod advice;
+mod as_built;
 mod compatibility;
+mod divergence;
 mod emphasis;
+mod joint;
+mod least_squares;
+mod optimise;
 mod product;
+mod reduced;
 mod request;
 mod result;
 mod scale;
@@ -16,6 +22,9 @@ mod scale;
 pub use adapt::{Adapted, adapt};
 pub use advice::{Advice, Change, Exposed, Placement, advise};
 pub use compatibility::{Prediction, SharedDetail, ViewPrediction, predict};
+mod structure;
+
+pub use as_built::{AsBuilt, SEED, STACKS, ViewAsBuilt, as_built, misplacements};
 pub use emphasis::{best_pair, neutral_pair};
 pub use product::product;
 pub use request::{
@@ -31,6 +40,7 @@ pub fn design(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Resu
     request.check()?;
     let mut volume = match request.settings.method {
         Method::Product => product(request, report),
+        Method::LeastSquares => joint::solve(request, report),
     };
     volume.quantise(request.settings.ink_depth);
     report(Progress { stage: "measuring the views", done: 0, total: 1, quality_db: None });

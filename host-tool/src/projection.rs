@@ -146,6 +146,23 @@ impl Rays {
         }
     }
 
+    /// Adds to `target`, row `row` of film `film`, the transpose of the projection applied to `picture`;
+    /// `scratch` holds one row.
+    pub(crate) fn back_project_row(
+        &self,
+        film: usize,
+        row: usize,
+        picture: &[f32],
+        weight: f32,
+        target: &mut [f32],
+        scratch: &mut [f32],
+    ) {
+        let Some(rays) = self.films.get(film) else { return };
+        if let Some(source) = rays.rows.gather_transposed(row, picture, scratch) {
+            rays.columns.add_transposed(source, weight, target);
+        }
+    }
+
     /// For views whose rows are apart: adds to `target` what the rows of all films (film, column) show.
     pub fn project_line(&self, lines: &[f32], weights: &[f32], target: &mut [f32]) {
         for ((line, rays), &weight) in lines.chunks_exact(self.width).zip(&self.films).zip(weights) {

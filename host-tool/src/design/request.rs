@@ -11,8 +11,10 @@ use crate::volume::InkDepth;
 /// How the volume is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// The paper's Eq. 1: every voxel is the product of the patterns' pixels on whose rays it lies.
+    /// The bounded optimiser: the ink in 0..=1 whose views differ least from their patterns.
     #[default]
+    LeastSquares,
+    /// The paper's Eq. 1: every voxel is the product of the patterns' pixels on whose rays it lies.
     Product,
 }
 
@@ -75,6 +77,14 @@ pub struct DesignSettings {
     pub brightness: f64,
     /// Expected error of each film's place along each axis, in µm; not reckoned with under ideal optics.
     pub misplacement_um: f64,
+    /// How much the optimiser looks at structure beside the squared error, 0 or greater; 1 is balanced.
+    pub structure: f64,
+    /// How much more the worse views count, 0..=1: 0 is the least error in all, 1 much the same in each.
+    pub balance: f64,
+    /// The optimiser stops when ten iterations gain less than this, in dB.
+    pub tolerance_db: f64,
+    /// The most iterations of the optimiser.
+    pub iterations: usize,
     /// Bits in which the volume is written.
     pub ink_depth: InkDepth,
 }
@@ -87,6 +97,10 @@ impl Default for DesignSettings {
             tone: Tone::default(),
             brightness: 0.4,
             misplacement_um: 68.0,
+            structure: 1.0,
+            balance: 0.15,
+            tolerance_db: 0.005,
+            iterations: 150,
             ink_depth: InkDepth::default(),
         }
     }
@@ -221,6 +235,18 @@ impl DesignSettings {
         }
         if !(self.misplacement_um >= 0.0 && self.misplacement_um <= 10_000.0) {
             return range("misplacement_um", self.misplacement_um, "0 to 10000");
+        }
+        if !(self.structure >= 0.0 && self.structure <= 100.0) {
+            return range("structure", self.structure, "0 to 100");
+        }
+        if !(0.0..=1.0).contains(&self.balance) {
+            return range("balance", self.balance, "0 to 1");
+        }
+        if !(self.tolerance_db > 0.0 && self.tolerance_db <= 10.0) {
+            return range("tolerance_db", self.tolerance_db, "greater than 0 and at most 10");
+        }
+        if !(1..=100_000).contains(&self.iterations) {
+            return range("iterations", self.iterations as f64, "1 to 100000");
         }
         Ok(())
     }

@@ -1,0 +1,165 @@
+//! Volume, lamp pairs and whites solved together.
+//!
+//! Each view is seen under its own pair only, so pairs weight the films differently and part the views.
+//! Volume and pairs are improved in turn: the volume for given pairs, then each view's pair in closed form.
+//! Where that ends depends on where it starts, so several starts are tried on small films and the best is
+//! carried on to large ones.
+
+use super::emphasis::best_pair;
+use super::least_squares::Effort;
+use super::optimise::{Lighting, design_weights, improve, set_up};
+use super::reduced::{enlarged, reduced};
+use super::request::{DesignRequest, OpticsModel, Progress};
+use crate::measure::{fit, psnr_db};
+use crate::optics::{LampPair, film_weights};
+use crate::picture::Picture;
+use crate::projection::{Rays, project_along};
+use crate::volume::Volume;
+
+/// Pixels along the longer side of the films on which starts are compared, and of those on which the best
+/// one is settled.
+const SEARCH_PIXELS: usize = 64;
+const SETTLE_PIXELS: usize = 128;
+
+/// The most starts that are tried.
+const MOST_STARTS: usize = 16;
+
+/// Solves the request: on small films for the lamps, then on the request's own.
+pub(super) fn solve(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Volume {
+    let search = Stage::new(reduced(request, SEARCH_PIXELS));
+    let starts = starts(request);
+    let total = starts.len();
+    let mut best: Option<State> = None;
+    for (index, start) in starts.into_iter().enumerate() {
+        let mut state = search.begin(start);
+        search.alternate(&mut state, 4, 15);
+        report(Progress {
+            stage: "searching lamp pairs",
+            done: index + 1,
+            total,
+            quality_db: Some(state.quality_db),
+        });
+        if best.as_ref().is_none_or(|best| state.quality_db > best.quality_db) {
+            best = Some(state);
+        }
+    }
+    let mut state = best.unwrap_or_else(|| search.begin(Lighting::even(request.views.len(), LampPair::FULL)));
+    let settle = Stage::new(reduced(request, SETTLE_PIXELS));
+    state.volume = enlarged(&state.volume, settle.request.stack.width_px, settle.request.stack.height_px);
+    settle.alternate(&mut state, 4, 20);
+    let mut volume = enlarged(&state.volume, request.stack.width_px, request.stack.height_px);
+    let settings = &request.settings;
+    // A gain of x dB lowers the loss by the part 1 - 10^(-x / 10).
+    let tolerance = 1.0 - 10f64.powf(-settings.tolerance_db / 10.0);
+    let effort = Effort { iterations: settings.iterations, tolerance };
+    improve(request, &set_up(request, &state.lighting), &request.targets(), &mut volume, effort, report);
+    volume
+}
+
+/// Lightings to begin from: under ideal optics lamps do not matter; else each view under either lamp.
+fn starts(request: &DesignRequest) -> Vec<Lighting> {
+    let views = request.views.len();
+    if request.settings.optics == OpticsModel::Ideal {
+        return vec![Lighting::even(views, LampPair::FULL)];
+    }
+    let mut starts = vec![Lighting::even(views, LampPair::FULL)];
+    let all = 1usize << views.min(16);
+    let stride = (all / MOST_STARTS).max(1);
+    for choice in (0..all).step_by(stride) {
+        let lamp = |view: usize| if choice >> view & 1 == 0 { LampPair::TOP } else { LampPair::BOTTOM };
+        starts.push(Lighting {
+            pairs: (0..views).map(lamp).collect(),
+            ..Lighting::even(views, LampPair::FULL)
+        });
+    }
+    starts
+}
+
+/// The problem at one size of films.
+struct Stage {
+    request: DesignRequest,
+    targets: Vec<Picture>,
+    rays: Vec<Rays>,
+}
+
+/// Where the search is.
+struct State {
+    volume: Volume,
+    lighting: Lighting,
+    /// Mean quality of the views in dB, each with its best gain.
+    quality_db: f64,
+}
+
+impl Stage {
+    fn new(request: DesignRequest) -> Self {
+        let targets = request.targets();
+        let rays = request
+            .views
+            .iter()
+            .map(|view| Rays::new(&request.stack, view.direction, request.distance))
+            .collect();
+        Self { request, targets, rays }
+    }
+
+    fn begin(&self, lighting: Lighting) -> State {
+        let stack = &self.request.stack;
+        let mut volume = Volume::new(stack.films, stack.height_px, stack.width_px);
+        volume.values_mut().fill(self.request.settings.brightness as f32 * 0.5);
+        State { volume, lighting, quality_db: f64::NEG_INFINITY }
+    }
+
+    /// Improves volume and lighting in turn.
+    fn alternate(&self, state: &mut State, rounds: usize, iterations: usize) {
+        let effort = Effort { iterations, tolerance: 0.0 };
+        for _ in 0..rounds {
+            let problem = set_up(&self.request, &state.lighting);
+            improve(&self.request, &problem, &self.targets, &mut state.volume, effort, &mut |_| ());
+            self.light(state);
+        }
+    }
+
+    /// Finds the best pair and white of each view for the volume as it is.
+    fn light(&self, state: &mut State) {
+        let settings = &self.request.settings;
+        let mut qualities = Vec::new();
+        let mut whites = Vec::new();
+        for (index, view) in self.request.views.iter().enumerate() {
+            let (rays, target) = (&self.rays[index], &self.targets[index]);
+            if settings.optics == OpticsModel::Stack {
+                let under = |lamps| {
+                    project_along(
+                        &state.volume,
+                        rays,
+                        &film_weights(&self.request.stack, view.direction, lamps),
+                    )
+                };
+                let (top, bottom) = (under(LampPair::TOP), under(LampPair::BOTTOM));
+                state.lighting.pairs[index] = best_pair(top.values(), bottom.values(), target.values());
+            }
+            let weights = design_weights(&self.request, index, state.lighting.pairs[index]);
+            let shown = project_along(&state.volume, rays, &weights);
+            let fitted = fit(&shown, &view.pattern, settings.tone);
+            qualities.push(psnr_db(&fitted.picture, &view.pattern));
+            whites.push(1.0 / (fitted.gain * weights.iter().sum::<f64>()).max(1e-9));
+        }
+        // What is reached falls short of what is wanted by a little; ask for more by as much.
+        let reached = geometric_mean(&whites) / settings.brightness;
+        state.lighting.level = (state.lighting.level / reached.clamp(0.8, 1.25)).clamp(0.7, 1.5);
+        state.lighting.whites = relative(whites.into_iter());
+        // The mean square error is 10^(-dB / 10).
+        let shares = qualities.iter().map(|quality| 10f64.powf(-quality / 10.0 * settings.balance));
+        state.lighting.shares = relative(shares);
+        state.quality_db = qualities.iter().sum::<f64>() / qualities.len() as f64;
+    }
+}
+
+/// Scales the numbers so that their geometric mean is 1.
+fn relative(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
+    let numbers: Vec<f64> = numbers.collect();
+    let mean = geometric_mean(&numbers);
+    numbers.iter().map(|number| number / mean).collect()
+}
+
+fn geometric_mean(numbers: &[f64]) -> f64 {
+    (numbers.iter().map(|number| number.ln()).sum::<f64>() / numbers.len() as f64).exp()
+}

@@ -1,0 +1,91 @@
+//! The bounded optimiser on the bundled photographs, on small films.
+
+mod common;
+
+use common::{FOUR, THREE, request};
+use vitrine::design::{
+    Design, DesignRequest, DesignSettings, Method, OpticsModel, SEED, Tone, as_built, design,
+};
+use vitrine::projection::ViewerDistance;
+
+const PIXELS: usize = 128;
+
+fn solve(request: &DesignRequest) -> Design {
+    design(request, &mut |_| ()).expect("a design")
+}
+
+fn ideal(tone: Tone) -> DesignSettings {
+    DesignSettings { optics: OpticsModel::Ideal, tone, ..DesignSettings::default() }
+}
+
+/// A viewer at 600 mm before films that are misplaced by 68 µm.
+fn built(views: &[(&str, f64, f64)], method: Method) -> DesignRequest {
+    let settings = DesignSettings { method, tone: Tone::Code, ..DesignSettings::default() };
+    DesignRequest { distance: ViewerDistance::Millimetres(600.0), ..request(views, PIXELS, settings) }
+}
+
+fn assert_at_least(design: &Design, mean_db: f64, least_db: f64, ssim: f64) {
+    let found = (design.mean_psnr_db(), design.least_psnr_db(), design.mean_ssim());
+    println!("mean {:.3} dB, least {:.3} dB, SSIM {:.4}", found.0, found.1, found.2);
+    assert!(found.0 >= mean_db && found.1 >= least_db && found.2 >= ssim, "{found:?}");
+}
+
+#[test]
+fn three_views_in_code_values() {
+    let design = solve(&request(&THREE, PIXELS, ideal(Tone::Code)));
+    assert_at_least(&design, 18.5, 16.1, 0.825);
+    assert!(design.volume.values().iter().all(|ink| (0.0..=1.0).contains(ink)));
+    let light: f64 = design.views.iter().map(|view| view.quality.efficiency).sum::<f64>() / 3.0;
+    assert!(light > 0.36, "{light}");
+}
+
+#[test]
+fn three_views_in_light() {
+    assert_at_least(&solve(&request(&THREE, PIXELS, ideal(Tone::Linear))), 18.4, 15.8, 0.81);
+}
+
+#[test]
+fn four_views_about_both_axes() {
+    assert_at_least(&solve(&request(&FOUR, PIXELS, ideal(Tone::Code))), 18.1, 16.0, 0.79);
+}
+
+#[test]
+fn as_built_a_design_keeps_far_more_than_the_product() {
+    let quality = |method| {
+        let request = built(&THREE, method);
+        let design = solve(&request);
+        let pairs: Vec<_> = design.views.iter().map(|view| view.emphasis).collect();
+        assert!(pairs.iter().all(|pair| pair.top.max(pair.bottom) == 1.0));
+        as_built(&request, &design.volume, &pairs, 4, SEED)
+    };
+    let (product, solved) = (quality(Method::Product), quality(Method::LeastSquares));
+    println!("product {product:?}\nsolved {solved:?}");
+    assert!(solved.mean_psnr_db() > product.mean_psnr_db() + 7.0);
+    assert!(solved.mean_psnr_db() > 22.0 && solved.mean_ssim() > 0.8);
+}
+
+#[test]
+fn reckoning_with_misplaced_films_pays_when_they_are() {
+    let robust = built(&THREE, Method::LeastSquares);
+    let mut careless = robust.clone();
+    careless.settings.misplacement_um = 0.0;
+    let look = |designed: &DesignRequest| {
+        let design = solve(designed);
+        let pairs: Vec<_> = design.views.iter().map(|view| view.emphasis).collect();
+        as_built(&robust, &design.volume, &pairs, 8, SEED)
+    };
+    let (robust, careless) = (look(&robust), look(&careless));
+    assert!(robust.mean_ssim() > careless.mean_ssim() + 0.01, "{robust:?} {careless:?}");
+}
+
+#[test]
+fn the_same_bytes_on_any_number_of_threads() {
+    let request = request(&FOUR, 48, DesignSettings { iterations: 20, ..DesignSettings::default() });
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| solve(&request).volume)
+    };
+    let one = on(1);
+    assert_eq!(one, on(2));
+    assert_eq!(one, on(5));
+}
