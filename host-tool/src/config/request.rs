@@ -99,7 +99,7 @@ impl Exhibit {
     fn settings(&self, ink_depth: InkDepth) -> DesignSettings {
         DesignSettings {
             method: match self.design.method {
-                MethodSetting::LeastSquares => Method::Product,
+                MethodSetting::LeastSquares => Method::LeastSquares,
                 MethodSetting::Product => Method::Product,
             },
             optics: match self.design.optics {
@@ -110,6 +110,7 @@ impl Exhibit {
             brightness: self.design.brightness,
             misplacement_um: self.design.misplacement_um,
             ink_depth,
+            ..DesignSettings::default()
         }
     }
 }
