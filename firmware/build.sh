@@ -55,6 +55,9 @@ linker_folder() {
   mkdir -p "$folder" && ln -sf "$(command -v ld.lld)" "$folder/rust-lld" && echo "$folder"
 }
 
+# defmt would leave out all but errors. `debug` and `trace` are for the bench.
+export DEFMT_LOG=${DEFMT_LOG:-info}
+
 arguments=(rustc --locked --package vitrine-pico --profile firmware --target "$target" --target-dir "$target_dir" "${features[@]}")
 lints=(-- -D warnings)
 

@@ -13,3 +13,12 @@ say "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --document-private-items
 say "tests"
 cargo test
+
+say "board: image"
+firmware/build.sh
+firmware/build.sh --bench
+say "board: emulator"
+tests/emulator/set-up.sh
+cargo build -p vitrine
+cargo clippy -p vitrine-tests --features emulator --all-targets -- -D warnings
+cargo test -p vitrine-tests --features emulator --test emulator

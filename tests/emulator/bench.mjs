@@ -42,6 +42,8 @@ const operations = {
   trip,
 };
 
+const LAMP_ENABLE = 8;
+
 function address(symbol) {
   const at = board.symbols.get(symbol);
   if (at === undefined) throw new Error(`the image has no symbol ${symbol}`);
@@ -51,8 +53,10 @@ function address(symbol) {
 // Changes an input after a while and runs until all of `gps` are low; says when each last fell after the change.
 async function trip({ gp, high, after, limit, gps }) {
   let changedAt = null;
+  let wasLit = false;
   const change = board.clock.createAlarm(() => {
     changedAt = board.now;
+    wasLit = gps.every((pin) => pin !== LAMP_ENABLE || board.isHigh(pin));
     board.setInput(gp, high);
   });
   change.schedule(after);
@@ -60,7 +64,7 @@ async function trip({ gp, high, after, limit, gps }) {
   const { cut } = await board.run(board.now + after + limit, allLow);
   const dark = allLow();
   const fellAt = gps.map((pin) => board.edges.findLast(([at, which, level]) => which === pin && level === 0 && at >= changedAt)?.[0] ?? changedAt);
-  return { cut, dark, changed_at: changedAt, latencies: fellAt.map((at) => at - changedAt) };
+  return { cut, dark, was_lit: wasLit, changed_at: changedAt, latencies: fellAt.map((at) => at - changedAt) };
 }
 
 for await (const line of readline.createInterface({ input: process.stdin })) {

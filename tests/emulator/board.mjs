@@ -8,7 +8,8 @@ import { SerialPort } from './serial.mjs';
 import { UsbHost } from './usb.mjs';
 
 const NANOS_A_CYCLE = 8;
-const WATCHED = [2, 3, 8, 25];
+// The lamps' pins, the bench image's step, the status LED.
+const WATCHED = [2, 3, 8, 16, 25];
 const INPUTS = [1, 6, 7, 9, 10, 11, 21];
 const STACK_PAINT = 0xc5;
 const HARD_FAULT = 3;

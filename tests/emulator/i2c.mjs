@@ -3,6 +3,24 @@
 const BIT_NANOS = 2_500;
 const BYTE_NANOS = 9 * BIT_NANOS;
 
+const INTERRUPT_MASK = 0x30;
+const RECEIVE_FULL = 1 << 2;
+const TRANSMIT_EMPTY = 1 << 4;
+
+// The emulator keeps no interrupt mask, so that a driver that waits for an interrupt waits for ever; and its FIFO
+// levels are only looked at when a byte comes or goes.
+function completeInterrupts(controller) {
+  const write = controller.writeUint32.bind(controller);
+  controller.writeUint32 = (offset, value) => {
+    if (offset !== INTERRUPT_MASK) return write(offset, value);
+    controller.intEnable = value & 0x1fff;
+    controller.intRaw &= ~(RECEIVE_FULL | TRANSMIT_EMPTY);
+    if (controller.rxFIFO.itemCount > controller.rxThreshold) controller.intRaw |= RECEIVE_FULL;
+    if (controller.txFIFO.itemCount <= controller.txThreshold) controller.intRaw |= TRANSMIT_EMPTY;
+    controller.checkInterrupts();
+  };
+}
+
 export class Devices {
   constructor() {
     this.registers = new Map();
@@ -21,6 +39,7 @@ export class Devices {
   }
 
   attach(controller, clock) {
+    completeInterrupts(controller);
     const later = (nanos, action) => clock.createAlarm(action).schedule(nanos);
     controller.onStart = () => later(BIT_NANOS, () => controller.completeStart());
     controller.onStop = () => later(BIT_NANOS, () => controller.completeStop());

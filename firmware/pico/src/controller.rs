@@ -93,6 +93,8 @@ pub(crate) async fn run(state: &'static mut State, mut interlock: Interlock, mut
     let mut stored_sequence = None;
     loop {
         ticker.next().await;
+        #[cfg(feature = "bench")]
+        crate::hooks::step(true);
         if let Ok(new) = NEW_PLAN.try_receive() {
             let old = core::mem::replace(&mut plan, new);
             // Room for both slots: this cannot fail.
@@ -104,6 +106,8 @@ pub(crate) async fn run(state: &'static mut State, mut interlock: Interlock, mut
         let elapsed = Milliseconds(u32::try_from(elapsed).unwrap_or(u32::MAX));
         let events = one_step(state, loops(&mut interlock), plan.as_ref(), elapsed);
         tell(state, &events, &mut stored_sequence);
+        #[cfg(feature = "bench")]
+        crate::hooks::step(false);
         check_in(Client::Controller);
     }
 }

@@ -3,11 +3,10 @@
 use heapless::Vec;
 use vitrine_exhibit::inputs::Request;
 use vitrine_exhibit::units::UtcSeconds;
-use vitrine_protocol::message::{LogEntry, LogPage, MAX_LOG_ENTRIES};
+use vitrine_protocol::message::{LogPage, MAX_LOG_ENTRIES};
 use vitrine_protocol::server::Controller;
 use vitrine_protocol::status::{ClockState, Status};
 use vitrine_protocol::{FINGERPRINT, Hello, Refusal, VERSION};
-use vitrine_storage::map::LOG;
 
 use crate::controller::{self, REQUESTS};
 use crate::sensors::SET_CLOCK;
@@ -31,7 +30,7 @@ impl Controller for Store {
             snapshot,
             clock: self.clock(),
             plan: self.plans.state(snapshot.view),
-            log_next: self.log.map_or(0, |position| position.next()),
+            log_next: self.log.map_or(0, |log| log.next()),
             damaged_frames: links::damaged_frames(),
         }
     }
@@ -74,18 +73,13 @@ impl Controller for Store {
     }
 
     fn read_log(&mut self, from: u32) -> Result<LogPage, Refusal> {
-        let position = self.log.ok_or(Refusal::StorageFailed)?;
+        let log = self.log.ok_or(Refusal::StorageFailed)?;
         let mut entries = Vec::new();
-        for sequence in (from.max(position.oldest())..position.next()).take(MAX_LOG_ENTRIES) {
-            let Some(entry) =
-                LOG.read(&mut self.chip, &position, sequence).map_err(|_| Refusal::StorageFailed)?
-            else {
-                continue;
-            };
-            if let Ok(((time, uptime_s, event), _)) = postcard::take_from_bytes(&entry) {
-                let _ = entries.push(LogEntry { sequence, time, uptime_s, event });
+        for sequence in (from.max(log.oldest())..log.next()).take(MAX_LOG_ENTRIES) {
+            if let Some(entry) = log.read(&mut self.chip, sequence).map_err(|_| Refusal::StorageFailed)? {
+                let _ = entries.push(entry);
             }
         }
-        Ok(LogPage { oldest: position.oldest(), next: position.next(), entries })
+        Ok(LogPage { oldest: log.oldest(), next: log.next(), entries })
     }
 }

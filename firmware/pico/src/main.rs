@@ -27,6 +27,8 @@ mod darkness;
 mod flash_map;
 mod front;
 mod guard;
+#[cfg(feature = "bench")]
+mod hooks;
 mod hosts;
 mod lamps;
 mod last_words;
@@ -74,10 +76,13 @@ async fn main(spawner: Spawner) {
     static SPARE: StaticCell<Option<ValidPlan>> = StaticCell::new();
     static SERIAL_NUMBER: StaticCell<String<24>> = StaticCell::new();
     let plan = PLAN.init(None);
-    let (store, found) = Store::open(resources.storage, plan, SPARE.init(None));
+    let (store, ledger) = Store::open(resources.storage, plan, SPARE.init(None));
     let serial_number = SERIAL_NUMBER.init(store.serial_number.clone());
-    let state = STATE.init_with(|| State::new(found.ledger, dog.after_fault()));
+    let state = STATE.init_with(|| State::new(ledger, dog.after_fault()));
     let (usb_device, usb_port) = links::usb(resources.usb, serial_number);
+
+    #[cfg(feature = "bench")]
+    hooks::set_up();
 
     let prompt = PROMPT.start(interrupt::SWI_IRQ_1);
     prompt.spawn(started(lamps::run(lamps, pwm)));

@@ -23,8 +23,13 @@ struct Active {
     views: Vec<String<24>, MAX_VIEWS>,
 }
 
+/// Room for a plan as stored.
+pub(crate) type Buffer = [u8; MAX_PLAN_BYTES];
+
 /// All plans but the one in the controller's hands.
 pub(crate) struct Plans {
+    /// Where a plan's bytes are read to: too many for the stack.
+    buffer: &'static mut Buffer,
     active: Option<Active>,
     upload: Option<Writer>,
     spare: Option<PlanSlot>,
@@ -32,10 +37,15 @@ pub(crate) struct Plans {
 
 impl Plans {
     /// Reads the newest plan into the controller's slot. A plan that cannot be read or is unfit is none.
-    pub(crate) fn load(chip: &mut Chip, slot: &mut Option<ValidPlan>, spare: PlanSlot) -> Self {
-        let mut plans = Self { active: None, upload: None, spare: Some(spare) };
+    pub(crate) fn load(
+        chip: &mut Chip,
+        slot: &mut Option<ValidPlan>,
+        spare: PlanSlot,
+        buffer: &'static mut Buffer,
+    ) -> Self {
+        let mut plans = Self { buffer, active: None, upload: None, spare: Some(spare) };
         match PLAN.newest(chip) {
-            Ok(Some(record)) => match read(chip, &record) {
+            Ok(Some(record)) => match read(chip, &record, plans.buffer) {
                 Ok(plan) => {
                     plans.active = Some(Active::new(record, &plan));
                     info!("plan '{}' with {} views", plan.name.as_str(), plan.views.len());
@@ -107,7 +117,7 @@ impl Plans {
         if staged.crc() != crc {
             return Err(Refusal::Checksum { expected: crc, found: staged.crc() });
         }
-        let plan = read(chip, &staged)?;
+        let plan = read(chip, &staged, self.buffer)?;
         // The slot of the plan before comes back within one step.
         self.take_back();
         let Some(slot) = self.spare.take() else { return Err(Refusal::LampsInMotion { retry: RETRY }) };
@@ -151,9 +161,8 @@ fn wait_for_steady_lamps() -> Result<(), Refusal> {
     if controller::lamps_are_steady() { Ok(()) } else { Err(Refusal::LampsInMotion { retry: RETRY }) }
 }
 
-fn read(chip: &mut Chip, record: &Record) -> Result<ValidPlan, Refusal> {
-    let mut buffer = [0; MAX_PLAN_BYTES];
-    let used = record.read(chip, 0, &mut buffer).map_err(|_| Refusal::StorageFailed)?;
+fn read(chip: &mut Chip, record: &Record, buffer: &mut Buffer) -> Result<ValidPlan, Refusal> {
+    let used = record.read(chip, 0, buffer).map_err(|_| Refusal::StorageFailed)?;
     let bytes = buffer.get(..used).ok_or(Refusal::StorageFailed)?;
     let plan = plan_file::decode(bytes).map_err(|_| Refusal::UnreadablePlan)?;
     ValidPlan::new(plan).map_err(Refusal::UnfitPlan)

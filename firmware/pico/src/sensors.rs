@@ -35,7 +35,7 @@ pub(crate) static SET_CLOCK: Channel<CriticalSectionRawMutex, UtcSeconds, 1> = C
 type Bus = I2c<'static, I2C0, i2c::Async>;
 
 /// What of the bus answers.
-#[derive(Default)]
+#[derive(Clone, Copy, Default, PartialEq, Eq, defmt::Format)]
 struct Answering {
     viewer: [bool; 2],
     ultraviolet: bool,
@@ -49,6 +49,7 @@ pub(crate) async fn run(resources: SensorsResources) -> ! {
     config.frequency = 400_000;
     let mut bus = I2c::new_async(resources.i2c, resources.scl, resources.sda, Interrupts, config);
     let mut answering = Answering::default();
+    let mut told = answering;
     let mut ticker = Ticker::every(ROUND);
     for round in (0..ROUNDS_A_MINUTE).cycle() {
         if round % ROUNDS_A_SECOND == 0 {
@@ -63,6 +64,10 @@ pub(crate) async fn run(resources: SensorsResources) -> ! {
         }
         if let Ok(time) = SET_CLOCK.try_receive() {
             set_clock(&mut bus, time, &mut answering).await;
+        }
+        if answering != told {
+            info!("on the sensor bus: {}", answering);
+            told = answering;
         }
         check_in(Client::Sensors);
         ticker.next().await;

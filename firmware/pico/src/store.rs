@@ -12,18 +12,19 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Timer};
 use heapless::String;
+use static_cell::StaticCell;
 use vitrine_exhibit::events::Event;
 use vitrine_exhibit::ledger::{LedgerRecord, StoredReservation};
 use vitrine_exhibit::plan::ValidPlan;
 use vitrine_protocol::frame::Frame;
+use vitrine_protocol::plan_file::MAX_PLAN_BYTES;
 use vitrine_protocol::server::{Incoming, Server};
-use vitrine_storage::RingPosition;
-use vitrine_storage::map::{LEDGER, LEDGER_ENTRY_BYTES, LOG, LOG_ENTRY_BYTES};
+use vitrine_storage::{EventLog, Ledger};
 
 use crate::board::StorageResources;
 use crate::controller::{self, EVENTS, PlanSlot, STORED, TO_STORE};
 use crate::links::LINKS;
-use crate::plans::Plans;
+use crate::plans::{self, Plans};
 use crate::watchdog::{Client, check_in};
 use crate::{flash_map, readings};
 
@@ -43,65 +44,51 @@ pub(crate) static INCOMING: Channel<CriticalSectionRawMutex, (u8, Incoming), 2> 
 pub(crate) static ANSWERS: [Channel<CriticalSectionRawMutex, Frame, 1>; LINKS] =
     [const { Channel::new() }; LINKS];
 
-/// What is in flash at the start.
-pub(crate) struct Found {
-    /// The newest record of the ledger.
-    pub(crate) ledger: LedgerRecord,
-    /// Where the ledger goes on.
-    ledger_position: Option<RingPosition>,
-    /// Where the log goes on.
-    log_position: Option<RingPosition>,
-}
-
 /// Flash, and what is known of its content.
 pub(crate) struct Store {
     pub(crate) chip: Chip,
     pub(crate) plans: Plans,
     pub(crate) serial_number: String<24>,
-    ledger: Option<RingPosition>,
-    pub(crate) log: Option<RingPosition>,
+    ledger: Option<Ledger>,
+    pub(crate) log: Option<EventLog>,
 }
 
 impl Store {
-    /// Takes the flash and reads what is there; loads the plan into `active`.
+    /// Takes the flash and reads what is there; loads the plan into `active`. Gives the newest ledger record too.
     pub(crate) fn open(
         resources: StorageResources,
         active: &mut Option<ValidPlan>,
         spare: PlanSlot,
-    ) -> (Self, Found) {
+    ) -> (Self, LedgerRecord) {
         let mut chip = Chip::new_blocking(resources.flash);
         let serial_number = serial_number(&mut chip);
-        let plans = Plans::load(&mut chip, active, spare);
-        let found = find(&mut chip);
-        let store =
-            Self { chip, plans, serial_number, ledger: found.ledger_position, log: found.log_position };
-        (store, found)
+        static BUFFER: StaticCell<plans::Buffer> = StaticCell::new();
+        let buffer = BUFFER.init_with(|| [0; MAX_PLAN_BYTES]);
+        let plans = Plans::load(&mut chip, active, spare, buffer);
+        let (ledger, record) = match Ledger::open(&mut chip) {
+            Ok((ledger, record)) => (Some(ledger), record.unwrap_or_default()),
+            Err(_) => {
+                // Without a ledger nothing is ever reserved, and the lamps stay dark.
+                warn!("the ledger cannot be read");
+                (None, LedgerRecord::default())
+            }
+        };
+        let log = EventLog::open(&mut chip).ok();
+        (Self { chip, plans, serial_number, ledger, log }, record)
     }
 
     /// Writes a ledger record; tells whether it is safely there.
     fn reserve(&mut self, record: &LedgerRecord) -> bool {
-        let mut entry = [0; LEDGER_ENTRY_BYTES];
-        let Some(position) = &mut self.ledger else { return false };
-        postcard::to_slice(record, &mut entry).is_ok()
-            && LEDGER.append(&mut self.chip, position, &entry).is_ok()
+        self.ledger.as_mut().is_some_and(|ledger| ledger.store(&mut self.chip, record).is_ok())
     }
 
     fn write_log(&mut self, event: Event) {
         let uptime_s = u32::try_from(Instant::now().as_secs()).unwrap_or(u32::MAX);
-        let mut entry = [0; LOG_ENTRY_BYTES];
-        let Some(position) = &mut self.log else { return };
-        let encoded = postcard::to_slice(&(readings::clock().now, uptime_s, event), &mut entry).is_ok();
-        if !encoded || LOG.append(&mut self.chip, position, &entry).is_err() {
+        let time = readings::clock().now;
+        let written = self.log.as_mut().map(|log| log.append(&mut self.chip, time, uptime_s, event));
+        if !matches!(written, Some(Ok(_))) {
             warn!("an event did not reach the log");
         }
-    }
-
-    fn reservation_erases(&self) -> bool {
-        self.ledger.is_some_and(|position| LEDGER.will_erase(&position))
-    }
-
-    fn log_erases(&self) -> bool {
-        self.log.is_some_and(|position| LOG.will_erase(&position))
     }
 }
 
@@ -116,26 +103,6 @@ fn serial_number(chip: &mut Chip) -> String<24> {
     text
 }
 
-fn find(chip: &mut Chip) -> Found {
-    let mut found = Found { ledger: LedgerRecord::default(), ledger_position: None, log_position: None };
-    match LEDGER.open(chip) {
-        Ok(opened) => {
-            found.ledger_position = Some(opened.position);
-            if let Some(record) =
-                opened.newest.and_then(|entry| Some(postcard::take_from_bytes(&entry).ok()?.0))
-            {
-                found.ledger = record;
-            }
-        }
-        Err(_) => warn!("the ledger cannot be read"),
-    }
-    match LOG.open(chip) {
-        Ok(opened) => found.log_position = Some(opened.position),
-        Err(_) => warn!("the log cannot be read"),
-    }
-    found
-}
-
 /// Serves flash and hosts for ever.
 #[embassy_executor::task]
 pub(crate) async fn run(mut store: Store) -> ! {
@@ -146,7 +113,7 @@ pub(crate) async fn run(mut store: Store) -> ! {
         store.plans.take_back();
         match select4(TO_STORE.wait(), INCOMING.receive(), EVENTS.receive(), Timer::after(ALIVE)).await {
             Either4::First(record) => {
-                if store.reservation_erases() {
+                if store.ledger.is_some_and(|ledger| ledger.will_erase()) {
                     controller::steady_lamps(RESERVATION_PATIENCE).await;
                 }
                 if store.reserve(&record) {
@@ -162,7 +129,7 @@ pub(crate) async fn run(mut store: Store) -> ! {
                 }
             }
             Either4::Third(event) => {
-                if store.log_erases() {
+                if store.log.is_some_and(|log| log.will_erase()) {
                     // Events wait in their channel meanwhile; only the watchdog and reservations must not.
                     controller::steady_lamps(RESERVATION_PATIENCE).await;
                 }

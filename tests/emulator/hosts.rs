@@ -1,0 +1,96 @@
+//! Hosts on the board's USB port.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+
+use vitrine_exhibit::plan::Plan;
+use vitrine_protocol::frame::{self, Deframer};
+use vitrine_protocol::plan_file::{self, MAX_PLAN_BYTES};
+use vitrine_protocol::{FINGERPRINT, MAX_CHUNK, Reply, Request, Response, VERSION};
+
+use crate::bench::{Bench, MILLISECOND};
+
+/// A host that speaks the protocol frame by frame, for what the real tool would never do.
+pub(crate) struct Host {
+    pub(crate) stream: TcpStream,
+    deframer: Deframer,
+    sequence: u16,
+}
+
+impl Host {
+    /// Opens the board's USB port and greets.
+    pub(crate) fn greet(bench: &mut Bench, address: &str) -> Self {
+        let stream = TcpStream::connect(address.trim_start_matches("tcp:")).expect("the port opens");
+        stream.set_nonblocking(true).expect("a socket");
+        let mut host = Self { stream, deframer: Deframer::new(), sequence: 0 };
+        bench.run(20 * MILLISECOND);
+        let hello = host.ask(bench, &Request::Hello { version: VERSION, fingerprint: FINGERPRINT });
+        assert!(matches!(hello, Ok(Response::Hello(_))), "{hello:?}");
+        host
+    }
+
+    /// Sends a request and runs the board until it answers.
+    pub(crate) fn ask(&mut self, bench: &mut Bench, request: &Request) -> Reply {
+        self.send(request);
+        for _ in 0..2_000 {
+            bench.run(MILLISECOND);
+            if let Some((sequence, reply)) = self.hear()
+                && sequence == self.sequence
+            {
+                return reply;
+            }
+        }
+        panic!("no answer to {request:?}");
+    }
+
+    /// Sends a request without waiting for its answer.
+    pub(crate) fn send(&mut self, request: &Request) {
+        self.sequence += 1;
+        let sent = frame::encode(self.sequence, request).expect("a small request");
+        self.stream.write_all(&sent).expect("the port takes it");
+    }
+
+    /// Takes the next answer that has come.
+    pub(crate) fn hear(&mut self) -> Option<(u16, Reply)> {
+        let mut byte = [0];
+        while matches!(self.stream.read(&mut byte), Ok(1)) {
+            if let Some(Ok(body)) = self.deframer.push(byte[0]) {
+                return frame::decode(body);
+            }
+        }
+        // What the bench has written may still be on its way through the computer.
+        std::thread::sleep(Duration::from_micros(200));
+        None
+    }
+
+    /// Uploads a plan; gives its CRC.
+    pub(crate) fn upload(&mut self, bench: &mut Bench, plan: &Plan) -> u32 {
+        let mut buffer = [0; MAX_PLAN_BYTES];
+        let bytes = plan_file::encode(plan, &mut buffer).expect("it fits");
+        let crc = plan_file::crc(bytes);
+        let length = bytes.len() as u32;
+        self.patiently(bench, &Request::BeginUpload { length, crc });
+        for (index, chunk) in bytes.chunks(MAX_CHUNK).enumerate() {
+            let bytes = chunk.try_into().expect("a chunk");
+            self.patiently(bench, &Request::UploadChunk { offset: (index * MAX_CHUNK) as u32, bytes });
+        }
+        let committed = self.patiently(bench, &Request::CommitUpload { crc });
+        assert_eq!(committed, Response::Committed { crc });
+        crc
+    }
+
+    /// Asks again as long as the board says when.
+    fn patiently(&mut self, bench: &mut Bench, request: &Request) -> Response {
+        for _ in 0..200 {
+            match self.ask(bench, request) {
+                Ok(response) => return response,
+                Err(refusal) => {
+                    let retry = refusal.retry().unwrap_or_else(|| panic!("{request:?}: {refusal}"));
+                    bench.run(u64::from(retry.0) * MILLISECOND);
+                }
+            }
+        }
+        panic!("{request:?} was put off for ever");
+    }
+}

@@ -1,0 +1,89 @@
+//! The interlock: dark at once, whatever else goes on.
+
+use serde_json::json;
+use vitrine_exhibit::inputs;
+use vitrine_protocol::{Request, Response};
+
+use crate::bench::{Bench, INTERLOCK_A, INTERLOCK_B, LAMP_PINS, MICROSECOND, MILLISECOND, SECOND};
+use crate::exhibit::with_plan;
+use crate::hosts::Host;
+
+/// A loop's opening makes both dimming pins and the enable line low within this time.
+const DARK_WITHIN: u64 = 20 * MICROSECOND;
+
+/// How many random moments are tried; `VITRINE_MOMENTS` says otherwise.
+const MOMENTS: u64 = 300;
+
+#[test]
+fn either_loop_makes_the_lamps_dark_and_only_a_rearm_lights_them_again() {
+    let (mut bench, mut room) = with_plan();
+    let address = bench.listen();
+    let mut host = Host::greet(&mut bench, &address);
+    for gp in [INTERLOCK_A, INTERLOCK_B] {
+        room.live(&mut bench, 3 * SECOND);
+        bench.edges();
+        room.live(&mut bench, 100 * MILLISECOND);
+        assert!(bench.edges().iter().any(|edge| edge.high), "lit before GP{gp} opens");
+
+        let trip = bench.trip(gp, true, 1_234_567, MILLISECOND);
+        assert!(trip.dark, "GP{gp}: {:?}", trip.latencies);
+        bench.edges();
+        room.live(&mut bench, 200 * MILLISECOND);
+        bench.pin(gp, false);
+        room.live(&mut bench, 2 * SECOND);
+        assert!(
+            bench.edges().iter().all(|edge| !edge.high || !LAMP_PINS.contains(&edge.pin)),
+            "GP{gp}: lit again"
+        );
+        let rearmed = host.ask(&mut bench, &Request::Exhibit(inputs::Request::Rearm));
+        assert_eq!(rearmed, Ok(Response::Done));
+    }
+}
+
+#[test]
+fn a_lit_lamp_is_dark_within_twenty_microseconds_at_any_moment() {
+    let (mut bench, mut room) = with_plan();
+    let address = bench.listen();
+    let mut host = Host::greet(&mut bench, &address);
+    let moments = std::env::var("VITRINE_MOMENTS").map_or(MOMENTS, |text| text.parse().expect("a number"));
+    let mut random = 1_u64;
+    let mut latencies = Vec::new();
+    for moment in 0..moments {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        // Somebody walks about, so that the lamps fade; sensors are read; every tenth moment a host asks.
+        if moment % 5 == 0 {
+            room.person_deg = Some((random >> 40) as f64 % 70.0 - 35.0);
+            room.show(&mut bench);
+        }
+        if moment % 10 == 0 {
+            host.send(&Request::Status);
+        }
+        let gp = if random >> 63 == 0 { INTERLOCK_A } else { INTERLOCK_B };
+        let trip = bench.trip(gp, true, (random >> 20) % (25 * MILLISECOND), MILLISECOND);
+        assert!(trip.was_lit, "moment {moment}: nothing to make dark");
+        assert!(trip.dark, "moment {moment} at {} ns: GP{gp} did not make it dark", bench.now);
+        latencies.push(*trip.latencies.iter().max().expect("three pins"));
+        // A spike: the governor never sees it, and the lamps come back with its next step.
+        bench.pin(gp, false);
+        bench.run(20 * MILLISECOND);
+        bench.edges();
+        while host.hear().is_some() {}
+    }
+    latencies.sort_unstable();
+    let worst = latencies.last().copied().unwrap_or(0);
+    println!(
+        "interlock to dark over {moments} moments: median {} ns, worst {worst} ns",
+        latencies[latencies.len() / 2]
+    );
+    assert!(worst <= DARK_WITHIN, "{worst} ns");
+    assert_eq!(bench.take_resets(), 0);
+}
+
+#[test]
+fn a_loop_that_stays_open_from_the_start_keeps_the_lamps_dark() {
+    let mut bench = Bench::new();
+    bench.call(json!({"op": "pin", "gp": INTERLOCK_A, "high": true}));
+    bench.power_on();
+    bench.run(3 * SECOND);
+    assert!(bench.edges().iter().all(|edge| !edge.high || !LAMP_PINS.contains(&edge.pin)));
+}

@@ -1,0 +1,14 @@
+//! The controller's real image on an emulated RP2040, its pins measured.
+//!
+//! Needs the image (`firmware/build.sh`), Node.js and the emulator (`npm ci` in this folder); README.md tells more.
+
+mod bench;
+mod boot;
+mod chain;
+mod exhibit;
+mod faults;
+mod hosts;
+mod interlock;
+mod measures;
+mod room;
+mod signals;

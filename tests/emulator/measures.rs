@@ -1,0 +1,53 @@
+//! What the image costs: time, stack. Budgets that fail the test when they are outgrown.
+
+use crate::bench::{Bench, MICROSECOND, MILLISECOND, SECOND};
+use crate::exhibit::lit_on;
+use crate::hosts::Host;
+
+/// High while a step of the state runs, on the bench image.
+const STEP_PIN: u8 = 16;
+
+const STEP: u64 = 10 * MILLISECOND;
+
+/// The stack's budget in bytes: half of its room.
+const STACK_BUDGET: u64 = 32 * 1024;
+
+#[test]
+fn a_hundred_steps_a_second_are_on_time_and_cheap() {
+    let (mut bench, mut room) = lit_on(Bench::with_image("vitrine-pico-bench.elf"));
+    bench.edges();
+    room.person_deg = Some(20.0);
+    room.live(&mut bench, 4 * SECOND);
+    let edges: Vec<_> = bench.edges().into_iter().filter(|edge| edge.pin == STEP_PIN).collect();
+    let begins: Vec<u64> = edges.iter().filter(|edge| edge.high).map(|edge| edge.at).collect();
+    let steps: Vec<u64> = edges
+        .windows(2)
+        .filter(|pair| pair[0].high && !pair[1].high)
+        .map(|pair| pair[1].at - pair[0].at)
+        .collect();
+    assert!(begins.len() >= 390, "{} steps in 4 s", begins.len());
+
+    // Against the grid of the ticks, not from step to step: lateness must not add up.
+    let late = |at: &u64| (at + STEP - begins[0] % STEP) % STEP;
+    let (least, most) = (
+        begins.iter().map(|at| (late(at) + STEP / 2) % STEP).min(),
+        begins.iter().map(|at| (late(at) + STEP / 2) % STEP).max(),
+    );
+    let jitter = most.expect("steps") - least.expect("steps");
+    let share = steps.iter().sum::<u64>() as f64 / (4 * SECOND) as f64;
+    let longest = steps.iter().max().expect("steps");
+    println!("steps: jitter {jitter} ns, longest {longest} ns, {:.2} % of the processor", share * 100.0);
+    assert!(jitter <= 50 * MICROSECOND, "jitter {jitter} ns");
+    assert!(share <= 0.10, "{share}");
+}
+
+#[test]
+fn the_stack_keeps_its_budget() {
+    let (mut bench, mut room) = lit_on(Bench::new());
+    let address = bench.listen();
+    Host::greet(&mut bench, &address).upload(&mut bench, &crate::exhibit::plan());
+    room.live(&mut bench, 2 * SECOND);
+    let (used, of) = bench.stack();
+    println!("stack: {used} of {of} bytes");
+    assert!(used <= STACK_BUDGET, "{used} bytes");
+}

@@ -1,0 +1,148 @@
+//! The documents of the hardware agree with each other, and with what the chip can do.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+use serde::Deserialize;
+
+#[derive(Deserialize)]
+struct Board {
+    group: BTreeMap<String, Group>,
+    pin: Vec<Pin>,
+}
+
+#[derive(Deserialize)]
+struct Group {
+    #[serde(default)]
+    peripherals: BTreeMap<String, String>,
+}
+
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq, PartialOrd, Ord)]
+struct Pin {
+    gp: u8,
+    net: String,
+    group: String,
+    role: String,
+    direction: String,
+    reset: String,
+    function: String,
+}
+
+fn document(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../hardware").join(name);
+    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn board() -> Board {
+    toml::from_str(&document("pins.toml")).expect("pins.toml")
+}
+
+fn net(board: &Board, name: &str) -> Pin {
+    board.pin.iter().find(|pin| pin.net == name).unwrap_or_else(|| panic!("no net {name}")).clone()
+}
+
+#[test]
+fn the_wiring_table_is_that_of_the_pins() {
+    let rows: Vec<String> = document("wiring.md")
+        .lines()
+        .filter(|line| line.trim_start_matches("| ").starts_with(|letter: char| letter.is_ascii_digit()))
+        .filter(|line| line.starts_with('|'))
+        .map(str::to_owned)
+        .collect();
+    let wanted: Vec<String> = board()
+        .pin
+        .iter()
+        .map(|pin| {
+            format!("| {} | {} | {} | {} | {} |", pin.gp, pin.net, pin.direction, pin.reset, pin.function)
+        })
+        .collect();
+    assert_eq!(rows, wanted);
+}
+
+#[test]
+fn every_pin_has_one_owner_and_one_net() {
+    let board = board();
+    let numbers: BTreeSet<u8> = board.pin.iter().map(|pin| pin.gp).collect();
+    let nets: BTreeSet<&str> = board.pin.iter().map(|pin| pin.net.as_str()).collect();
+    assert_eq!((numbers.len(), nets.len()), (board.pin.len(), board.pin.len()));
+    for pin in &board.pin {
+        assert!(board.group.contains_key(&pin.group), "GP{}: no group {}", pin.gp, pin.group);
+        assert!(["in", "out", "both"].contains(&pin.direction.as_str()), "GP{}", pin.gp);
+        assert!(["low", "high", "analogue"].contains(&pin.reset.as_str()), "GP{}", pin.gp);
+        assert!(pin.gp <= 22 || (25..=28).contains(&pin.gp), "GP{} is not on the board", pin.gp);
+    }
+}
+
+/// The functions of the RP2040's pins (data sheet, table 278).
+#[test]
+fn the_chip_can_do_what_the_pins_are_for() {
+    let board = board();
+    let peripheral = |group: &str, role: &str| board.group[group].peripherals[role].clone();
+
+    let (top, bottom) = (net(&board, "LAMP_TOP_DIM").gp, net(&board, "LAMP_BOTTOM_DIM").gp);
+    assert_eq!((top % 2, bottom), (0, top + 1), "both lamps on channels A and B of one slice");
+    assert_eq!(peripheral("lamps", "slice"), format!("PWM_SLICE{}", top / 2 % 8));
+
+    let i2c = |gp: u8| format!("I2C{}", gp / 2 % 2);
+    let (sda, scl) = (net(&board, "SENSOR_SDA").gp, net(&board, "SENSOR_SCL").gp);
+    assert_eq!((sda % 2, scl % 2), (0, 1));
+    assert_eq!((i2c(sda), i2c(scl)), (peripheral("sensors", "i2c"), peripheral("sensors", "i2c")));
+
+    for (group, send, receive) in [("service", "SERVICE_TX", "SERVICE_RX"), ("radar", "RADAR_TX", "RADAR_RX")]
+    {
+        let uart = |gp: u8| format!("UART{}", (gp + 4) / 8 % 2);
+        let (send, receive) = (net(&board, send).gp, net(&board, receive).gp);
+        assert_eq!((send % 4, receive), (0, send + 1), "{group}");
+        assert_eq!(uart(send), peripheral(group, "uart"), "{group}");
+    }
+
+    for pin in board.pin.iter().filter(|pin| pin.reset == "analogue") {
+        assert!((26..=28).contains(&pin.gp), "GP{} is no input of the converter", pin.gp);
+    }
+}
+
+#[test]
+fn whatever_lights_a_lamp_is_low_in_reset_and_has_its_pull_down() {
+    let board = board();
+    let parts = document("parts.csv");
+    for name in ["LAMP_TOP_DIM", "LAMP_BOTTOM_DIM", "LAMP_ENABLE"] {
+        let pin = net(&board, name);
+        assert_eq!((pin.direction.as_str(), pin.reset.as_str()), ("out", "low"), "{name}");
+        let pulled = parts
+            .lines()
+            .any(|part| part.contains("pull-down") && part.contains("2.2 kOhm") && part.contains(name));
+        assert!(pulled, "parts.csv has no 2.2 kOhm pull-down on {name}");
+    }
+    for name in ["INTERLOCK_A", "INTERLOCK_B"] {
+        let pin = net(&board, name);
+        assert_eq!(
+            (pin.direction.as_str(), pin.reset.as_str()),
+            ("in", "high"),
+            "{name}: a broken wire reads open"
+        );
+    }
+}
+
+#[test]
+fn the_parts_list_counts_its_references() {
+    let parts = document("parts.csv");
+    let mut seen = BTreeSet::new();
+    for line in parts.lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        assert_eq!(fields.len(), 7, "{line}");
+        let references: Vec<String> = fields[0].split(' ').flat_map(expand).collect();
+        assert_eq!(references.len().to_string(), fields[2], "{line}");
+        for reference in references {
+            assert!(seen.insert(reference.clone()), "{reference} is listed twice");
+        }
+    }
+}
+
+/// "D1-D4" is four references.
+fn expand(text: &str) -> Vec<String> {
+    let Some((first, last)) = text.split_once('-') else { return vec![text.to_owned()] };
+    let letters = first.trim_end_matches(|letter: char| letter.is_ascii_digit());
+    let number = |reference: &str| reference.trim_start_matches(letters).parse::<u32>().expect("a number");
+    (number(first)..=number(last)).map(|number| format!("{letters}{number}")).collect()
+}
