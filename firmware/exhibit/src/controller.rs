@@ -69,6 +69,8 @@ pub struct State {
     opening: Opening,
     plan: Option<u32>,
     full: PerLamp<Irradiance>,
+    /// Time since the last whole second: what is slow to reckon is reckoned once a second.
+    second: Milliseconds,
     watchdog_latched: bool,
     last: Verdict,
     snapshot: Snapshot,
@@ -79,6 +81,7 @@ pub struct State {
 pub fn step(state: &mut State, inputs: &Inputs<'_>, elapsed: Milliseconds) -> (LampCommand, Events) {
     let mut events = Events::default();
     state.uptime_ms = state.uptime_ms.saturating_add(u64::from(elapsed.0));
+    state.second = state.second.plus(elapsed);
     state.notice_plan(inputs.plan, &mut events);
     state.read_clock(inputs);
     state.keep_ledger(inputs, elapsed, &mut events);
@@ -118,6 +121,7 @@ impl State {
             opening: Opening { at: None, level: Level::OFF, local_day: None },
             plan: None,
             full: PerLamp::default(),
+            second: Milliseconds(1_000),
             last: Verdict { dark: Some(DarkReason::Starting), ..Verdict::default() },
             snapshot: Snapshot::default(),
         }
@@ -171,7 +175,7 @@ impl State {
             self.full = PerLamp::new(plan.lamps.top.full_level, plan.lamps.bottom.full_level);
         }
         self.ledger.day(self.opening.local_day);
-        if let Some(plan) = inputs.plan {
+        if let Some(plan) = inputs.plan.filter(|_| self.second.0 >= 1_000) {
             self.notices.update(self.ledger.spent(), plan.limits.life_dose, events);
         }
         if self.uptime_ms >= u64::from(limits::RAN_WELL.0) {
@@ -363,12 +367,20 @@ impl State {
             }
         }
         self.last = verdict;
+        let (lit_s, full_s) = (self.snapshot.lit_s, self.snapshot.full_s);
         self.snapshot = self.take_snapshot(inputs);
+        (self.snapshot.lit_s, self.snapshot.full_s) = (lit_s, full_s);
+        if self.second.0 >= 1_000 {
+            self.second = Milliseconds(0);
+            let seconds = |ms: u64| (ms / 1_000).min(u64::from(u32::MAX)) as u32;
+            let lamps = self.ledger.spent().lamps;
+            self.snapshot.lit_s = lamps.map(|account| seconds(account.lit_ms));
+            self.snapshot.full_s = lamps.map(|account| seconds(account.full_ms));
+        }
     }
 
     fn take_snapshot(&self, inputs: &Inputs<'_>) -> Snapshot {
         let spent = self.ledger.spent();
-        let seconds = |ms: u64| (ms / 1_000).min(u64::from(u32::MAX)) as u32;
         Snapshot {
             uptime_ms: self.uptime_ms,
             now: self.opening.at,
@@ -388,8 +400,8 @@ impl State {
             interlock: self.interlock.state(),
             day_dose: PerLamp::new(spent.lamps.top.day, spent.lamps.bottom.day),
             life_dose: PerLamp::new(spent.lamps.top.life, spent.lamps.bottom.life),
-            lit_s: PerLamp::new(seconds(spent.lamps.top.lit_ms), seconds(spent.lamps.bottom.lit_ms)),
-            full_s: PerLamp::new(seconds(spent.lamps.top.full_ms), seconds(spent.lamps.bottom.full_ms)),
+            lit_s: PerLamp::default(),
+            full_s: PerLamp::default(),
             power_cycles: spent.power_cycles,
             watchdog_resets: spent.watchdog_resets,
             lease: self.requests.lease(),

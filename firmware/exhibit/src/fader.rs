@@ -28,16 +28,45 @@ impl Fader {
     /// Moves towards a pair on a straight line: the lamp with the longer way takes `fade` for the whole range, the
     /// other arrives with it.
     pub fn advance(&mut self, target: Emphasis, fade: Milliseconds, elapsed: Milliseconds) -> Emphasis {
-        let way = |from: Level, to: Level| i64::from(to.0) - i64::from(from.0);
-        let ways = PerLamp::new(way(self.at.top, target.top), way(self.at.bottom, target.bottom));
-        let longer = ways.top.abs().max(ways.bottom.abs());
-        let stride = i64::from(elapsed.0) * 65_535 / i64::from(fade.0.max(1));
+        let ways = self.at.zip(target).map(|(from, to)| from.0.abs_diff(to.0));
+        let longer = u32::from(ways.top.max(ways.bottom));
+        let stride = elapsed.0.min(65_535) * 65_535 / fade.0.max(1);
         if longer <= stride {
             self.at = target;
-        } else {
-            let moved = |from: Level, way: i64| Level((i64::from(from.0) + way * stride / longer) as u16);
-            self.at = PerLamp::new(moved(self.at.top, ways.top), moved(self.at.bottom, ways.bottom));
+            return self.at;
         }
+        self.at = self.at.zip(target).map(|(from, to)| {
+            // Both factors have 16 bits: the stride is shorter than the longer way.
+            let part = (u32::from(from.0.abs_diff(to.0)) * stride / longer) as u16;
+            Level(if to > from { from.0.saturating_add(part) } else { from.0.saturating_sub(part) })
+        });
         self.at
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn every_way_is_straight_and_takes_its_time(
+            from: (u16, u16), to: (u16, u16), fade in 300_u32..60_000, elapsed in 1_u32..100
+        ) {
+            let pair = |(top, bottom)| PerLamp::new(Level(top), Level(bottom));
+            let mut fader = Fader { at: pair(from) };
+            let longer = u32::from(from.0.abs_diff(to.0).max(from.1.abs_diff(to.1)));
+            let stride = elapsed * 65_535 / fade;
+            prop_assume!(stride > 0);
+            let steps = longer.div_ceil(stride);
+            for _ in 0..steps {
+                let before = fader.at();
+                let now = fader.advance(pair(to), Milliseconds(fade), Milliseconds(elapsed));
+                let moved = now.zip(before).map(|(now, before)| u32::from(now.0.abs_diff(before.0)));
+                prop_assert!(moved.top <= stride && moved.bottom <= stride);
+            }
+            prop_assert_eq!(fader.at(), pair(to));
+        }
     }
 }

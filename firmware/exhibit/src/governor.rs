@@ -261,7 +261,7 @@ impl Governor {
         };
         lower(Cut::Warm, true, heat::derated(*conditions.boards.get(lamp)));
         lower(Cut::DayDose, account.day >= plan.limits.daily_dose, idle);
-        let aged = account.life >= nine_tenths(plan.limits.life_dose);
+        let aged = is_nine_tenths(account.life, plan.limits.life_dose);
         lower(Cut::LifeDose, aged, wanted.scaled(limits::AGED_LEVEL));
         lower(Cut::Resting, self.rest.is_resting(), idle);
         lower(Cut::FirmwareCeiling, true, ceiling);
@@ -301,6 +301,6 @@ fn life_is_over(now: &Conditions<'_>) -> bool {
     now.plan.is_some_and(|plan| spent >= plan.limits.life_dose)
 }
 
-const fn nine_tenths(dose: Dose) -> Dose {
-    Dose(dose.0 / 10 * 9)
+const fn is_nine_tenths(spent: Dose, whole: Dose) -> bool {
+    spent.0.saturating_mul(10) >= whole.0.saturating_mul(9)
 }

@@ -220,10 +220,14 @@ fn book_lamp(
     account.day = account.day.plus(dose);
     account.life = account.life.plus(dose);
     account.lit_ms = account.lit_ms.saturating_add(u64::from(elapsed.0));
-    let full = u64::from(full.0.max(1));
     *part_ms = part_ms.saturating_add(dose.0);
-    account.full_ms = account.full_ms.saturating_add(*part_ms / full);
-    *part_ms %= full;
+    let whole_ms = match u32::try_from(*part_ms) {
+        // The way of every step that is not late: the processor has no 64-bit division.
+        Ok(part) => u64::from(part / full.0.max(1)),
+        Err(_) => *part_ms / u64::from(full.0.max(1)),
+    };
+    account.full_ms = account.full_ms.saturating_add(whole_ms);
+    *part_ms -= whole_ms * u64::from(full.0.max(1));
 }
 
 #[cfg(test)]

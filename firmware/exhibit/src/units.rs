@@ -93,7 +93,11 @@ impl Level {
 
     /// The irradiance of this level of a lamp that gives `full` at full level, rounded up.
     pub const fn of(self, full: Irradiance) -> Irradiance {
-        Irradiance((self.0 as u64 * full.0 as u64).div_ceil(65_535) as u32)
+        match (self.0 as u32).checked_mul(full.0) {
+            // The way of every valid plan: the processor has no 64-bit division.
+            Some(product) => Irradiance(product.div_ceil(65_535)),
+            None => Irradiance((self.0 as u64 * full.0 as u64).div_ceil(65_535) as u32),
+        }
     }
 
     /// The highest level of a lamp that gives `full` at full level which does not exceed `irradiance`.
@@ -101,7 +105,10 @@ impl Level {
         if irradiance.0 >= full.0 {
             return Self::FULL;
         }
-        Self((irradiance.0 as u64 * 65_535 / full.0 as u64) as u16)
+        match irradiance.0.checked_mul(65_535) {
+            Some(product) => Self((product / full.0) as u16),
+            None => Self((irradiance.0 as u64 * 65_535 / full.0 as u64) as u16),
+        }
     }
 }
 

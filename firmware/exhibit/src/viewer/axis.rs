@@ -17,6 +17,8 @@ const NEAREST_MM: i32 = 600;
 const FARTHEST_MM: i32 = 3_000;
 /// A body's width in mm: what its apparent width tells of its distance.
 const SHOULDERS_MM: i32 = 420;
+/// More warmth than anybody has in a column, in eighths of a degree: means stay within 32 bits.
+const MOST_WARMTH: u16 = 4_095;
 /// Rows, from the top, in which somebody at the display shows no more than the head.
 const HEAD_ROWS: usize = 2;
 /// A valley parts two bodies where it is not above this many eighths of the lower one's peak.
@@ -56,6 +58,7 @@ struct Bin {
     azimuth: i32,
     /// Where the sensors stand that see it, to the right of the stack.
     right_mm: i32,
+    seen_by: u8,
     /// Nothing is seen beyond it.
     is_edge: bool,
     top: i32,
@@ -78,20 +81,14 @@ impl Strip {
         };
         for (index, column) in strip.columns.iter_mut().enumerate() {
             let rows = warmth.above.iter().skip(index).step_by(COLUMNS);
-            column.warmth = rows.clone().fold(0_u16, |sum, above| sum.saturating_add(*above));
-            column.head = rows.clone().take(HEAD_ROWS).fold(0_u16, |sum, above| sum.saturating_add(*above));
+            let sum = |sum: u16, above: &u16| sum.saturating_add(*above).min(MOST_WARMTH);
+            column.warmth = rows.clone().fold(0, sum);
+            column.head = rows.clone().take(HEAD_ROWS).fold(0, sum);
             column.top =
                 upper_edge(rows.copied()).map_or(i16::MIN, |top| (top + i32::from(frame.pitch.0)) as i16);
-            let of_column = 0x0101_0101_0101_0101_u64 << index;
-            column.moved = warmth.moved & of_column != 0;
+            column.moved = warmth.moved >> index & 1 == 1;
         }
         strip
-    }
-
-    fn at(&self, azimuth: i32) -> Option<&Column> {
-        usize::try_from((azimuth - self.left).div_euclid(PIXEL))
-            .ok()
-            .and_then(|column| self.columns.get(column))
     }
 }
 
@@ -130,21 +127,36 @@ fn fuse(strips: &[Strip; 2]) -> [Bin; BINS] {
         bin.azimuth = index * BIN + BIN / 2 - HALF_AXIS;
         bin.is_edge = index == 0 || index == BINS as i32 - 1;
         bin.top = i32::from(i16::MIN);
-        let mut seen_by = 0_u32;
-        for strip in strips {
-            let Some(column) = strip.at(bin.azimuth) else { continue };
-            seen_by += 1;
-            bin.warmth += u32::from(column.warmth);
-            bin.head += u32::from(column.head);
-            bin.right_mm += strip.right_mm;
-            bin.top = bin.top.max(i32::from(column.top));
-            bin.moved |= column.moved;
-        }
-        bin.warmth /= seen_by.max(1);
-        bin.head /= seen_by.max(1);
-        bin.right_mm /= seen_by.max(1) as i32;
+    }
+    for strip in strips {
+        add(strip, &mut bins);
+    }
+    for bin in bins.iter_mut().filter(|bin| bin.seen_by > 1) {
+        bin.warmth /= 2;
+        bin.head /= 2;
+        bin.right_mm /= 2;
     }
     bins
+}
+
+/// Adds a sensor to the bins that it sees.
+fn add(strip: &Strip, bins: &mut [Bin; BINS]) {
+    let mut columns = strip.columns.iter();
+    let mut column = columns.next();
+    let mut right_edge = strip.left + PIXEL;
+    for bin in bins.iter_mut().skip_while(|bin| bin.azimuth < strip.left) {
+        if bin.azimuth >= right_edge {
+            column = columns.next();
+            right_edge += PIXEL;
+        }
+        let Some(column) = column else { break };
+        bin.seen_by += 1;
+        bin.warmth += u32::from(column.warmth);
+        bin.head += u32::from(column.head);
+        bin.right_mm += strip.right_mm;
+        bin.top = bin.top.max(i32::from(column.top));
+        bin.moved |= column.moved;
+    }
 }
 
 /// What is added to an azimuth that was seen from beside the stack: to first order `x cos(azimuth) / distance`,
@@ -210,9 +222,9 @@ fn sighting(bins: &[Bin]) -> Option<Sighting> {
 
 /// The mean of a value over bins by their weight; none where nothing has weight.
 fn mean(bins: &[Bin], weight: fn(&Bin) -> u32, value: fn(&Bin) -> i32) -> Option<i32> {
-    let total: u32 = bins.iter().map(weight).sum();
-    let moment: i64 = bins.iter().map(|bin| i64::from(weight(bin)) * i64::from(value(bin))).sum();
-    moment.checked_div(i64::from(total)).map(|mean| mean as i32)
+    let total = bins.iter().map(weight).sum::<u32>() as i32;
+    let moment: i32 = bins.iter().map(|bin| weight(bin) as i32 * value(bin)).sum();
+    moment.checked_div(total)
 }
 
 fn replace_weakest(sightings: &mut Sightings, sighting: Sighting) {

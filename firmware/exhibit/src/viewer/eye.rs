@@ -2,7 +2,7 @@
 //!
 //! Values inside are sums of two frames, that is, in eighths of a degree.
 
-use super::{PIXELS, ThermalFrame};
+use super::{COLUMNS, PIXELS, ThermalFrame};
 use crate::units::Milliseconds;
 
 /// Frames over which a background is seeded.
@@ -49,8 +49,9 @@ struct Pixel {
 pub(super) struct Warmth {
     /// Eighths of a degree above the background, where that is foreground.
     pub(super) above: [u16; PIXELS],
-    /// Pixels, by their bit, that differ from their own last seconds for longer than noise does: something lives.
-    pub(super) moved: u64,
+    /// Columns, by their bit, with a pixel that differs from its own last seconds for longer than noise does:
+    /// something lives.
+    pub(super) moved: u8,
 }
 
 /// One sensor.
@@ -108,7 +109,7 @@ impl Eye {
             pixel.last = *reading;
             if seeded {
                 *above = pixel.rise(sum);
-                warmth.moved |= u64::from(pixel.is_restless(sum)) << index;
+                warmth.moved |= u8::from(pixel.is_restless(sum)) << (index % COLUMNS as u32);
             } else {
                 pixel.seed(sum, first);
             }

@@ -10,6 +10,8 @@ pub struct Selector {
     chosen: Option<u8>,
     candidate: Option<u8>,
     dwelt: Milliseconds,
+    /// Where the candidate was looked for.
+    at: Option<Bearing>,
 }
 
 impl Selector {
@@ -20,7 +22,7 @@ impl Selector {
 
     /// A selector whose choice is made already.
     pub const fn starting_with(view: Option<u8>) -> Self {
-        Self { chosen: view, candidate: None, dwelt: Milliseconds(0) }
+        Self { chosen: view, candidate: None, dwelt: Milliseconds(0), at: None }
     }
 
     /// The index of the chosen view.
@@ -30,20 +32,31 @@ impl Selector {
 
     /// Takes the viewer's bearing and gives the index of the view to show. The first choice is made at once.
     pub fn choose(&mut self, plan: &Plan, bearing: Bearing, elapsed: Milliseconds) -> Option<u8> {
-        let nearest = nearest_view(plan, bearing);
-        let view = |index: Option<u8>| index.and_then(|index| plan.views.get(usize::from(index)));
-        let (Some(current), Some(other)) = (view(self.chosen), view(nearest)) else {
-            self.take(nearest);
-            return self.chosen;
-        };
-        let candidate = nearest
-            .filter(|_| nearest != self.chosen && is_clearly_nearer(other, current, bearing, &plan.viewer));
-        self.dwelt = if candidate == self.candidate { self.dwelt.plus(elapsed) } else { Milliseconds(0) };
-        self.candidate = candidate;
-        if candidate.is_some() && self.dwelt >= plan.viewer.dwell {
-            self.take(candidate);
+        self.dwelt = self.dwelt.plus(elapsed);
+        // Pictures come ten times more slowly than steps: between them nothing needs to be reckoned again.
+        if self.at != Some(bearing) {
+            self.at = Some(bearing);
+            let candidate = self.candidate_at(plan, bearing);
+            if candidate != self.candidate {
+                (self.candidate, self.dwelt) = (candidate, Milliseconds(0));
+            }
+        }
+        if self.chosen.is_none() || (self.candidate.is_some() && self.dwelt >= plan.viewer.dwell) {
+            self.take(self.candidate);
         }
         self.chosen
+    }
+
+    /// The view that is clearly nearer than the chosen one, where there is one.
+    fn candidate_at(&self, plan: &Plan, bearing: Bearing) -> Option<u8> {
+        let nearest = nearest_view(plan, bearing);
+        let view = |index: Option<u8>| index.and_then(|index| plan.views.get(usize::from(index)));
+        match (view(self.chosen), view(nearest)) {
+            (Some(current), Some(other)) => nearest.filter(|_| {
+                nearest != self.chosen && is_clearly_nearer(other, current, bearing, &plan.viewer)
+            }),
+            _ => nearest,
+        }
     }
 
     const fn take(&mut self, view: Option<u8>) {
