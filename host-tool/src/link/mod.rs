@@ -7,6 +7,7 @@ mod address;
 mod client;
 mod discovery;
 mod error;
+mod follow;
 mod transport;
 mod upload;
 
@@ -14,6 +15,7 @@ pub use address::{Address, AddressError};
 pub use client::Client;
 pub use discovery::{Announcement, Device, choose, devices};
 pub use error::LinkError;
+pub use follow::{Ask, Follower, Update};
 pub use transport::{Serial, Tcp, Transport};
 pub use upload::{Progress, Stage};
 

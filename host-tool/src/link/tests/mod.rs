@@ -5,6 +5,7 @@ mod client;
 mod crowd;
 mod discovery;
 mod faults;
+mod follow;
 #[cfg(unix)]
 mod serial;
 
