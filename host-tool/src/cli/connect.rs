@@ -18,7 +18,12 @@ impl To {
         Ok(self.connect()?)
     }
 
+    /// Finds the controller; it may be asked again after the controller has been away.
+    pub(super) fn find(&self) -> Result<Address, LinkError> {
+        choose(self.address.clone())
+    }
+
     fn connect(self) -> Result<Client, LinkError> {
-        Client::open(&choose(self.address)?)
+        Client::open(&self.find()?)
     }
 }

@@ -6,8 +6,8 @@ use std::{
     time::Duration,
 };
 
-use vitrine_exhibit::units::Milliseconds;
-use vitrine_protocol::{Hello, Status, message::LogEntry};
+use vitrine_exhibit::{plan::Plan, units::Milliseconds};
+use vitrine_protocol::{Hello, Status, message::LogEntry, plan_file};
 
 use super::{Address, Client, LinkError};
 
@@ -38,6 +38,8 @@ pub enum Update {
     Found(Address, Hello),
     /// How the exhibit is.
     Status(Box<Status>),
+    /// The plan that is active now; none if there is none, or this vitrine cannot read it.
+    Plan(Option<Box<Plan>>),
     /// New entries of the log, oldest first.
     Logged(Vec<LogEntry>),
     /// What was asked is done, or refused.
@@ -75,7 +77,14 @@ impl Follower {
     }
 }
 
-type Gone = SendError<Update>;
+/// Nobody looks any more.
+struct Gone;
+
+impl From<SendError<Update>> for Gone {
+    fn from(_: SendError<Update>) -> Self {
+        Self
+    }
+}
 
 fn follow(
     mut find: impl FnMut() -> Result<Address, LinkError>,
@@ -99,20 +108,13 @@ fn follow(
 
 /// Stays with a controller until it is lost.
 fn stay(client: &mut Client, update: &Sender<Update>, asked: &Receiver<Ask>) -> Result<LinkError, Gone> {
-    let mut next_entry = None;
+    let mut known = Known::default();
     loop {
-        match client.status() {
-            Ok(status) => {
-                let log_next = status.log_next;
-                update.send(Update::Status(Box::new(status)))?;
-                let from = next_entry.unwrap_or_else(|| log_next.saturating_sub(FIRST_ENTRIES));
-                if from < log_next {
-                    match client.log(from) {
-                        Ok(entries) => update.send(Update::Logged(entries))?,
-                        Err(error) => return Ok(error),
-                    }
+        match known.catch_up(client) {
+            Ok(updates) => {
+                for news in updates {
+                    update.send(news)?;
                 }
-                next_entry = Some(log_next);
             }
             Err(error) => return Ok(error),
         }
@@ -125,6 +127,38 @@ fn stay(client: &mut Client, update: &Sender<Update>, asked: &Receiver<Ask>) -> 
             // Nobody looks any more: the next update will not arrive either.
             Err(RecvTimeoutError::Disconnected) => thread::sleep(PERIOD),
         }
+    }
+}
+
+/// What has been told of a controller.
+#[derive(Default)]
+struct Known {
+    next_entry: Option<u32>,
+    plan_crc: Option<Option<u32>>,
+}
+
+impl Known {
+    /// Asks for what is new.
+    fn catch_up(&mut self, client: &mut Client) -> Result<Vec<Update>, LinkError> {
+        let status = client.status()?;
+        let mut updates = Vec::new();
+        let plan_crc = status.plan.as_ref().map(|plan| plan.crc);
+        if self.plan_crc != Some(plan_crc) {
+            let plan = match plan_crc {
+                Some(_) => plan_file::decode(&client.read_plan()?).ok().map(Box::new),
+                None => None,
+            };
+            updates.push(Update::Plan(plan));
+            self.plan_crc = Some(plan_crc);
+        }
+        let log_next = status.log_next;
+        updates.push(Update::Status(Box::new(status)));
+        let from = self.next_entry.unwrap_or_else(|| log_next.saturating_sub(FIRST_ENTRIES));
+        if from < log_next {
+            updates.push(Update::Logged(client.log(from)?));
+        }
+        self.next_entry = Some(log_next);
+        Ok(updates)
     }
 }
 
