@@ -44,6 +44,8 @@ pub struct Scenario {
     /// Other than the standard plan.
     #[serde(default)]
     plan: PlanChanges,
+    /// The plan must be refused for this reason, such as "Ceiling", and the exhibit has none.
+    refused: Option<String>,
     /// What is in flash at the start.
     #[serde(default)]
     ledger: LedgerStart,
@@ -118,7 +120,12 @@ impl Scenario {
     fn bench(&self) -> Result<Bench, String> {
         let mut bench = Bench::new();
         let plan = self.plan.apply(crate::bench::standard_plan())?;
-        bench.plan = Some(ValidPlan::new(plan).map_err(|error| error.to_string())?);
+        bench.plan = match (ValidPlan::new(plan), &self.refused) {
+            (Ok(plan), None) => Some(plan),
+            (Ok(_), Some(wanted)) => return Err(format!("the plan is not refused for {wanted}")),
+            (Err(error), Some(wanted)) if format!("{error:?}") == *wanted => None,
+            (Err(error), _) => return Err(error.to_string()),
+        };
         bench.room.bodies.clone_from(&self.body);
         let mut record = LedgerRecord { quick_resets: self.ledger.quick_resets, ..LedgerRecord::default() };
         if self.ledger.today {
