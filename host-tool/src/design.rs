@@ -18,13 +18,12 @@ mod reduced;
 mod request;
 mod result;
 mod scale;
+mod structure;
 
 pub use adapt::{Adapted, adapt};
 pub use advice::{Advice, Change, Exposed, Placement, advise};
-pub use compatibility::{Prediction, SharedDetail, ViewPrediction, predict};
-mod structure;
-
 pub use as_built::{AsBuilt, SEED, STACKS, ViewAsBuilt, as_built, misplacements};
+pub use compatibility::{Prediction, SharedDetail, ViewPrediction, predict};
 pub use emphasis::{best_pair, neutral_pair};
 pub use product::product;
 pub use request::{

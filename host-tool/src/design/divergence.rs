@@ -9,9 +9,8 @@ const WHITE: f32 = 0.998;
 /// Entries of the table of the sRGB curve.
 const TABLE: usize = 4096;
 
-/// Darker light than this (1.5 code values of 255 in sRGB) counts as equally steep: the curve's first part
-/// would make the darkest pixels rule all steps.
-const NEARLY_BLACK: f32 = 2e-3;
+/// Where the sRGB curve begins to be a power.
+const NEARLY_BLACK: f32 = 0.003_130_8;
 
 /// Light of the encoding table's last entry: brighter light counts as if the curve went on straight.
 const TABLE_END: f32 = 1.0;
@@ -70,8 +69,8 @@ impl Divergence {
                 let error = code - wanted_code;
                 // The curve is concave: on the way from what is seen to what is wanted it is nowhere steeper
                 // than at the darker of the two, and its error shrinks along the chord.
-                let slope = steepness(seen.clamp(NEARLY_BLACK, 1.0));
-                let steepest = steepness(seen.min(wanted).clamp(NEARLY_BLACK, 1.0));
+                let slope = steepness(seen, code);
+                let steepest = steepness(seen.min(wanted), code.min(wanted_code));
                 let distance = seen - wanted;
                 let chord = if distance.abs() > 1e-4 { error / distance } else { slope };
                 let curvature = (chord.clamp(0.4, 12.92) * steepest).max(slope * slope);
@@ -91,9 +90,10 @@ fn encode(table: &[f32], light: f32) -> f32 {
     table[below] + (position - below as f32) * (table[below + 1] - table[below])
 }
 
-/// Slope of the sRGB curve.
-fn steepness(light: f32) -> f32 {
-    if light <= 0.003_130_8 { 12.92 } else { 1.055 / 2.4 * light.powf(1.0 / 2.4 - 1.0) }
+/// Slope of the sRGB curve at `light`, whose code value is `code`. Where the curve is a power, its slope is
+/// the power's exponent times its value over the light.
+fn steepness(light: f32, code: f32) -> f32 {
+    if light <= NEARLY_BLACK { 12.92 } else { (code.min(1.0) + 0.055) / (2.4 * light.min(1.0)) }
 }
 
 #[cfg(test)]

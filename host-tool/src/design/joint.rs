@@ -5,6 +5,8 @@
 //! Where that ends depends on where it starts, so several starts are tried on small films and the best is
 //! carried on to large ones.
 
+use rayon::prelude::*;
+
 use super::emphasis::best_pair;
 use super::least_squares::Effort;
 use super::optimise::{Lighting, design_weights, improve, set_up};
@@ -16,43 +18,48 @@ use crate::picture::Picture;
 use crate::projection::{Rays, project_along};
 use crate::volume::Volume;
 
-/// Pixels along the longer side of the films on which starts are compared, and of those on which the best
-/// one is settled.
+/// Pixels along the longer side of the films on which starts are compared, and of the next larger ones.
 const SEARCH_PIXELS: usize = 64;
 const SETTLE_PIXELS: usize = 128;
+
+/// Starts that are carried on after a first look.
+const FINALISTS: usize = 4;
+
+/// Iterations between two looks at the lamps in the search.
+const SEARCH_ITERATIONS: usize = 10;
+
+/// Rounds of volume and lamps on films of each size, and the iterations in each.
+const SETTLE_ROUNDS: usize = 3;
+const SETTLE_ITERATIONS: usize = 8;
 
 /// The most starts that are tried.
 const MOST_STARTS: usize = 16;
 
-/// Solves the request: on small films for the lamps, then on the request's own.
+/// Solves the request: on small films for the lamps, then on larger and larger ones.
 pub(super) fn solve(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Volume {
     let search = Stage::new(reduced(request, SEARCH_PIXELS));
-    let starts = starts(request);
-    let total = starts.len();
-    let mut best: Option<State> = None;
-    for (index, start) in starts.into_iter().enumerate() {
-        let mut state = search.begin(start);
-        search.alternate(&mut state, 4, 15);
+    let mut state = search.best(starts(request), report);
+    let longer = request.stack.width_px.max(request.stack.height_px);
+    let mut pixels = SETTLE_PIXELS;
+    while pixels < longer {
+        let stage = Stage::new(reduced(request, pixels));
+        state.volume = enlarged(&state.volume, stage.request.stack.width_px, stage.request.stack.height_px);
+        stage.alternate(&mut state, SETTLE_ROUNDS, SETTLE_ITERATIONS);
         report(Progress {
-            stage: "searching lamp pairs",
-            done: index + 1,
-            total,
+            stage: "settling lamps on small films",
+            done: pixels,
+            total: longer,
             quality_db: Some(state.quality_db),
         });
-        if best.as_ref().is_none_or(|best| state.quality_db > best.quality_db) {
-            best = Some(state);
-        }
+        pixels *= 2;
     }
-    let mut state = best.unwrap_or_else(|| search.begin(Lighting::even(request.views.len(), LampPair::FULL)));
-    let settle = Stage::new(reduced(request, SETTLE_PIXELS));
-    state.volume = enlarged(&state.volume, settle.request.stack.width_px, settle.request.stack.height_px);
-    settle.alternate(&mut state, 4, 20);
-    let mut volume = enlarged(&state.volume, request.stack.width_px, request.stack.height_px);
+    let State { volume, lighting, .. } = state;
+    let mut volume = enlarged(&volume, request.stack.width_px, request.stack.height_px);
     let settings = &request.settings;
     // A gain of x dB lowers the loss by the part 1 - 10^(-x / 10).
     let tolerance = 1.0 - 10f64.powf(-settings.tolerance_db / 10.0);
     let effort = Effort { iterations: settings.iterations, tolerance };
-    improve(request, &set_up(request, &state.lighting), &request.targets(), &mut volume, effort, report);
+    improve(request, &set_up(request, &lighting), &request.targets(), &mut volume, effort, report);
     volume
 }
 
@@ -106,6 +113,24 @@ impl Stage {
         let mut volume = Volume::new(stack.films, stack.height_px, stack.width_px);
         volume.values_mut().fill(self.request.settings.brightness as f32 * 0.5);
         State { volume, lighting, quality_db: f64::NEG_INFINITY }
+    }
+
+    /// Tries all starts a little, goes on with the best of them, and returns the best of those.
+    fn best(&self, starts: Vec<Lighting>, report: &mut dyn FnMut(Progress)) -> State {
+        let total = starts.len();
+        let mut states: Vec<State> = starts.into_iter().map(|start| self.begin(start)).collect();
+        for (kept, rounds) in [(FINALISTS, 2), (1, 3)] {
+            states.par_iter_mut().for_each(|state| self.alternate(state, rounds, SEARCH_ITERATIONS));
+            states.sort_by(|a, b| b.quality_db.total_cmp(&a.quality_db));
+            states.truncate(kept);
+            report(Progress {
+                stage: "searching lamp pairs",
+                done: total,
+                total,
+                quality_db: Some(states[0].quality_db),
+            });
+        }
+        states.swap_remove(0)
     }
 
     /// Improves volume and lighting in turn.

@@ -136,6 +136,10 @@ impl Problem {
         // The row above as it was before this step, and this row likewise.
         let mut above = vec![0.0; width];
         let mut here = vec![0.0; width];
+        let mut row_steps = match steps {
+            Steps::OfFilm(steps) => vec![steps[film]; width],
+            Steps::OfVoxel(_) => vec![0.0; width],
+        };
         let mut overshoot = 0.0;
         for row in 0..self.height {
             let line = row * width..(row + 1) * width;
@@ -151,17 +155,11 @@ impl Problem {
                 add_smoothness(self.smoothness[film], above_row, &here, below, &mut gradient);
                 std::mem::swap(&mut above, &mut here);
             }
-            let (now, ahead) = (&mut now[line.clone()], &mut ahead[line.clone()]);
-            overshoot += match steps {
-                Steps::OfFilm(steps) => {
-                    step_row(now, ahead, &gradient, pull, std::iter::repeat(&steps[film]))
-                }
-                Steps::OfVoxel(steps) => {
-                    let start = film * width * self.height;
-                    let steps = &steps[start + line.start..start + line.end];
-                    step_row(now, ahead, &gradient, pull, steps.iter())
-                }
-            };
+            if let Steps::OfVoxel(all) = steps {
+                let start = film * width * self.height;
+                row_steps.copy_from_slice(&all[start + line.start..start + line.end]);
+            }
+            overshoot += step_row(&mut now[line.clone()], &mut ahead[line], &mut gradient, &row_steps, pull);
         }
         overshoot
     }
@@ -308,20 +306,26 @@ fn add_smoothness(
     }
 }
 
-fn step_row<'a>(
-    now: &mut [f32],
-    ahead: &mut [f32],
-    gradient: &[f32],
-    pull: f32,
-    steps: impl Iterator<Item = &'a f32>,
-) -> f64 {
-    let mut overshoot = 0.0f32;
-    for (((now, ahead), &gradient), &step) in now.iter_mut().zip(ahead).zip(gradient).zip(steps) {
-        let reached = (*ahead - step * gradient).clamp(0.0, 1.0);
+/// Steps from `ahead` against the gradient into 0..=1 and looks ahead again; returns how much the step turned
+/// back. Leaves in `gradient` each voxel's part of that.
+fn step_row(now: &mut [f32], ahead: &mut [f32], gradient: &mut [f32], steps: &[f32], pull: f32) -> f64 {
+    for (((now, ahead), gradient), &step) in now.iter_mut().zip(&mut *ahead).zip(&mut *gradient).zip(steps) {
+        let reached = (*ahead - step * *gradient).clamp(0.0, 1.0);
         let moved = reached - *now;
-        overshoot += (*ahead - reached) * moved;
+        *gradient = (*ahead - reached) * moved;
         *ahead = reached + pull * moved;
         *now = reached;
     }
-    f64::from(overshoot)
+    sum(gradient)
+}
+
+/// Sums in eight lanes, which processors add at once.
+fn sum(values: &[f32]) -> f64 {
+    let mut lanes = [0.0f32; 8];
+    let mut chunks = values.chunks_exact(lanes.len());
+    for chunk in &mut chunks {
+        lanes.iter_mut().zip(chunk).for_each(|(lane, value)| *lane += value);
+    }
+    let rest: f32 = chunks.remainder().iter().sum();
+    f64::from(lanes.iter().sum::<f32>() + rest)
 }

@@ -99,8 +99,8 @@ impl Default for DesignSettings {
             misplacement_um: 68.0,
             structure: 1.0,
             balance: 0.15,
-            tolerance_db: 0.005,
-            iterations: 150,
+            tolerance_db: 0.05,
+            iterations: 40,
             ink_depth: InkDepth::default(),
         }
     }

@@ -62,8 +62,10 @@ impl Structure {
 fn local_mean(values: &[f32], width: usize) -> Vec<f32> {
     let mut across = vec![0.0; values.len()];
     across.par_chunks_mut(width).zip(values.par_chunks(width)).for_each(|(target, source)| {
-        for (offset, target) in target.iter_mut().enumerate() {
-            *target = source[offset.saturating_sub(RADIUS)..(offset + RADIUS + 1).min(width)].iter().sum();
+        target.copy_from_slice(source);
+        for shift in 1..=RADIUS.min(width - 1) {
+            target[shift..].iter_mut().zip(source).for_each(|(sum, value)| *sum += value);
+            target.iter_mut().zip(&source[shift..]).for_each(|(sum, value)| *sum += value);
         }
     });
     let height = values.len() / width;
