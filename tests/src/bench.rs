@@ -164,7 +164,9 @@ impl Bench {
                 EyeHealth::Sound => Some(fresh),
                 EyeHealth::Dead => None,
                 EyeHealth::Frozen => self.frozen[index],
-                EyeHealth::Garbage => Some(ThermalFrame { pixels: [2_000; 64], ..fresh }),
+                EyeHealth::Garbage => {
+                    Some(ThermalFrame { pixels: fresh.pixels.map(|pixel| 2_000 + pixel), ..fresh })
+                }
             };
             self.frozen[index] = frames[index].or(self.frozen[index]);
         }

@@ -2,9 +2,10 @@
 
 use vitrine_exhibit::events::Event;
 use vitrine_exhibit::governor::LampCommand;
-use vitrine_exhibit::inputs::{Contact, Request, TemperatureReading};
-use vitrine_exhibit::plan::ValidPlan;
+use vitrine_exhibit::inputs::{Contact, Inputs, InterlockLoops, Request, TemperatureReading};
+use vitrine_exhibit::ledger::StoredReservation;
 use vitrine_exhibit::plan::calendar::{MinuteOfDay, ScheduleRule, Weekdays};
+use vitrine_exhibit::plan::{Between, Policy, ValidPlan};
 use vitrine_exhibit::units::{CentiCelsius, Level, Milliseconds, Millivolts, UtcSeconds};
 use vitrine_exhibit::viewer::{PIXELS, ThermalFrame};
 use vitrine_exhibit::{State, step};
@@ -91,6 +92,19 @@ fn plan(fate: &mut Fate) -> ValidPlan {
         level: Level(fate.below(65_536) as u16),
     };
     plan.calendar.rules.push(rule).expect("one fits");
+    for view in &mut plan.views {
+        view.horizontal.0 = fate.below(16_001) as i16 - 8_000;
+        view.vertical.0 = fate.below(16_001) as i16 - 8_000;
+        view.emphasis.top.0 = 1 + fate.below(65_535) as u16;
+        view.emphasis.bottom.0 = fate.below(65_536) as u16;
+    }
+    plan.viewer.policy =
+        [Policy::First, Policy::Nearest, Policy::Shared, Policy::Alternating][fate.below(4) as usize];
+    plan.viewer.between = [Between::Nearest, Between::Smooth][fate.below(2) as usize];
+    plan.presence.idle_level.0 = fate.below(65_536) as u16;
+    plan.limits.continuous = Milliseconds(1_000 + fate.below(599_001) as u32);
+    plan.limits.daily_dose.0 = 1 + fate.below(30_000_000_000);
+    plan.lamps.top.ultraviolet_at_full.0 = fate.below(50_001) as u32;
     ValidPlan::new(plan).expect("within all bounds")
 }
 
@@ -149,10 +163,10 @@ fn any_picture_is_taken() {
         let pixels: [i16; PIXELS] =
             std::array::from_fn(|_| (fate.below(spread) as i64 - spread as i64 / 2) as i16);
         let (left, right) = (ThermalFrame::left(pixels), ThermalFrame::right(pixels));
-        let inputs = vitrine_exhibit::inputs::Inputs {
+        let inputs = Inputs {
             plan: Some(&plan),
             thermal: [Some(&left), Some(&right).filter(|_| fate.below(3) > 0)],
-            ..Default::default()
+            ..Inputs::default()
         };
         let (command, _) =
             step(&mut state, &inputs, Milliseconds(fate.below(u64::from(u32::MAX)) as u32 >> fate.below(32)));
@@ -180,4 +194,37 @@ fn events_and_commands_agree() {
         }
         assert_eq!(told_lit, bench.command.is_enabled(), "at {:.2} s", bench.time_s());
     }
+}
+
+/// Thirty years in hours, half of them with an open door: every counter goes on counting, none runs over.
+#[test]
+fn thirty_years_of_steps_overflow_nothing() {
+    let mut fate = Fate(1_996);
+    let mut bench = Bench::new();
+    let plan = bench.plan.take().expect("there is one");
+    let mut state = State::new(bench.flash, false);
+    let hours = 30 * 365 * 24;
+    let mut before = (0, 0);
+    for hour in 0..hours {
+        let stored = state.ledger().to_store().map(|record| StoredReservation { sequence: record.sequence });
+        let contact = if fate.below(2) == 0 { Contact::Open } else { Contact::Closed };
+        let inputs = Inputs {
+            plan: Some(&plan),
+            interlock: InterlockLoops { a: Contact::Closed, b: contact },
+            boards: bench.boards,
+            supply: bench.supply,
+            now: Some(UtcSeconds(1_777_629_600 + i64::from(hour) * 3_600)),
+            requests: &[Request::Rearm, Request::Hold { view: 0, lease: Milliseconds(u32::MAX) }],
+            stored,
+            ..Inputs::default()
+        };
+        step(&mut state, &inputs, Milliseconds(3_600_000));
+        let spent = state.ledger().spent();
+        let now = (spent.lamps.top.life.0, spent.lamps.top.lit_ms);
+        assert!(now >= before, "hour {hour}");
+        before = now;
+    }
+    assert_eq!(state.snapshot().uptime_ms, u64::from(hours as u32) * 3_600_000);
+    println!("{} hours lit, {} J/m2", before.1 / 3_600_000, before.0 / 1_000_000);
+    assert!(before.1 > 0);
 }

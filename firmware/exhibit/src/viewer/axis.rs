@@ -98,7 +98,12 @@ fn upper_edge(rows: impl Iterator<Item = u16> + Clone) -> Option<i32> {
     let mut below = rows.skip(top);
     let here = i32::from(below.next().unwrap_or(0));
     let next = i32::from(below.next().unwrap_or(0));
-    let part = if next > here { PIXEL * here / next } else { PIXEL };
+    let part = match next {
+        // A thing as flat as a row may lie anywhere in it.
+        0 => PIXEL / 2,
+        next if next > here => PIXEL * here / next,
+        _ => PIXEL,
+    };
     let bottom_of_row = (ROWS as i32 / 2 - 1 - top as i32) * PIXEL;
     Some(bottom_of_row + part)
 }
