@@ -233,7 +233,8 @@ impl State {
         self.tracker.update(if by_radar { seen_moving } else { seen_warm }.as_ref(), elapsed);
         let lost = !self.thermal.is_sound() && !by_radar;
         let somebody = self.tracker.longest().is_some();
-        self.nobody_for = if somebody { Milliseconds(0) } else { self.nobody_for.plus(elapsed) };
+        // Who is blind does not know that nobody is there.
+        self.nobody_for = if somebody || lost { Milliseconds(0) } else { self.nobody_for.plus(elapsed) };
         let was = self.presence;
         self.presence = self.presence_now(inputs.plan, somebody, lost);
         self.tell_presence(was, lost, events);

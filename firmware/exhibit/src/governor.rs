@@ -17,7 +17,7 @@
 //!
 //! # Order of the rules
 //!
-//! First what makes dark; the first that holds is the reason told ([`Governor::dark_reason`]):
+//! First what makes dark; the first that holds is the reason told (`dark_reason`):
 //!
 //! 1. faults and the interlock: watchdog resets, interlock open, disagreeing or not re-armed, no plan, supply, a
 //!    lamp board's sensor or heat, the enclosure's air, ultraviolet that the model does not explain;
@@ -25,7 +25,7 @@
 //! 3. time: an invalid clock where the plan needs one, the dwell after a start;
 //! 4. wishes of the rest of the controller: staff, hosts, schedule, nobody there.
 //!
-//! Then what cuts each lamp ([`Governor::cut`]), each rule lowering what the one before has left:
+//! Then what cuts each lamp (`cut`), each rule lowering what the one before has left:
 //!
 //! 1. the temperature of its board: linear from 60 to 75 °C;
 //! 2. the dose of the day: the idle floor; of the stack's life: a quarter less from 90 %;
