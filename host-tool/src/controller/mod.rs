@@ -3,7 +3,7 @@
 //! [`VirtualController`] runs the firmware's own crates: the exhibit's step 100 times a second, the protocol's server,
 //! the stores in flash. Around them stand simulated parts: flash in a file, a viewer as two thermal sensors see one,
 //! lamps that warm up, an interlock. It is driven step by step with [`VirtualController::advance`], or served over
-//! TCP in real time by [`serve`].
+//! TCP in real time by [`serve()`].
 
 mod flash;
 mod machine;
