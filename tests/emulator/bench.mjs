@@ -13,6 +13,8 @@ const board = new Board(new Elf(fs.readFileSync(process.argv[2])));
 const hex = (bytes) => Buffer.from(bytes).toString('hex');
 const unhex = (text) => Buffer.from(text, 'hex');
 
+let saved = null;
+
 const operations = {
   power_on: () => board.powerOn(),
   power_off: () => board.powerOff(),
@@ -36,6 +38,8 @@ const operations = {
   stack: () => board.stackPeak(),
   flash: ({ start, length }) => ({ bytes: hex(board.flash.bytes.subarray(start, start + length)) }),
   flash_steps: () => ({ steps: board.flash.steps, log: board.flash.log.splice(0) }),
+  flash_save: () => void (saved = board.flash.bytes.slice()),
+  flash_restore: () => void board.flash.bytes.set(saved),
   cut: ({ step, part, order }) => board.flash.setCut(step, part, order),
   poke: ({ symbol, value }) => board.mcu.writeUint32(address(symbol), value),
   peek: ({ symbol }) => ({ value: board.mcu.readUint32(address(symbol)) }),

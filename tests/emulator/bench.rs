@@ -93,9 +93,19 @@ impl Bench {
         self.call(json!({"op": "power_off"}));
     }
 
-    /// Runs for so many nanoseconds.
-    pub(crate) fn run(&mut self, ns: u64) {
-        self.call(json!({"op": "run", "ns": ns}));
+    /// Runs for so many nanoseconds; tells whether the board has power afterwards.
+    pub(crate) fn run(&mut self, ns: u64) -> bool {
+        self.call(json!({"op": "run", "ns": ns}))["cut"] == json!(false)
+    }
+
+    /// Cuts the power at this step of the flash, counted from now, with a part of the step done in this order.
+    pub(crate) fn cut_at(&mut self, step: u64, part: f64, order: &str) {
+        self.call(json!({"op": "cut", "step": step, "part": part, "order": order}));
+    }
+
+    /// How many steps the flash has made: sectors erased and pages programmed.
+    pub(crate) fn flash_steps(&mut self) -> u64 {
+        self.call(json!({"op": "flash_steps"}))["steps"].as_u64().expect("a number")
     }
 
     pub(crate) fn pin(&mut self, gp: u8, high: bool) {

@@ -14,6 +14,32 @@ const INPUTS = [1, 6, 7, 9, 10, 11, 21];
 const STACK_PAINT = 0xc5;
 const HARD_FAULT = 3;
 
+// The flash chip's own serial number, read by command 0x4b: four bytes that do not count, then the number.
+const READ_UNIQUE_ID = 0x4b;
+const UNIQUE_ID = [0xe6, 0x61, 0x64, 0x08, 0x43, 0x1f, 0x2a, 0x29];
+const DATA_REGISTER = 0x60;
+const STATUS_REGISTER = 0x28;
+const TRANSMIT_READY = 0x06;
+const RECEIVED = 0x08;
+
+function answerUniqueId(serial) {
+  const [read, write] = [serial.readUint32.bind(serial), serial.writeUint32.bind(serial)];
+  let answers = null;
+  let received = [];
+  serial.writeUint32 = (offset, value) => {
+    if (offset !== DATA_REGISTER) return write(offset, value);
+    if (answers === null && value === READ_UNIQUE_ID) answers = [0, 0, 0, 0, 0, ...UNIQUE_ID];
+    if (answers === null) return write(offset, value);
+    received.push(answers.shift() ?? 0);
+    if (answers.length === 0) answers = null;
+  };
+  serial.readUint32 = (offset) => {
+    if (offset === STATUS_REGISTER && (answers !== null || received.length)) return TRANSMIT_READY | (received.length ? RECEIVED : 0);
+    if (offset === DATA_REGISTER && received.length) return received.shift();
+    return read(offset);
+  };
+}
+
 // Not in the emulator: its registers read zero, or a flash write would wait for ever.
 class XipControl extends BasePeripheral {
   readUint32() {
@@ -68,6 +94,7 @@ export class Board {
     // One array for chip and processor: a write by the ROM's functions is seen by both.
     this.flash.bytes = mcu.flash;
     mcu.peripherals[0x14000] = new XipControl(mcu, 'XIP_CTRL');
+    answerUniqueId(mcu.peripherals[0x18000]);
     mcu.onBreak = (n) => this.onBreak(n);
     const watchdog = mcu.peripherals[0x40058];
     watchdog.onWatchdogTrigger = () => {
@@ -146,6 +173,7 @@ export class Board {
 
   // Runs until a moment of the simulated time, or until `until` holds. Says whether the power was cut on the way.
   async run(until, stop = () => false) {
+    if (!this.mcu) return { cut: true };
     let nextYield = this.now + 200_000;
     try {
       while (this.now < until && !stop()) {

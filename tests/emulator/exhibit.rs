@@ -2,7 +2,6 @@
 
 use vitrine_exhibit::plan::{Plan, View};
 use vitrine_exhibit::units::{CentiDegrees, Level, PerLamp};
-use vitrine_protocol::{Request, Response};
 
 use crate::bench::{Bench, LAMP_BOTTOM, LAMP_TOP, MILLISECOND, SECOND};
 use crate::hosts::Host;
@@ -67,6 +66,19 @@ pub(crate) fn lit_on(bench: Bench) -> (Bench, Room) {
     (bench, room)
 }
 
+/// A bench without sensors, lit with the plan's neutral pair: quickly there, for what has nothing to do with viewers.
+pub(crate) fn neutral_on(mut bench: Bench) -> (Bench, Host) {
+    bench.power_on();
+    bench.run(100 * MILLISECOND);
+    let address = bench.listen();
+    let mut host = Host::greet(&mut bench, &address);
+    host.upload(&mut bench, &plan());
+    bench.run(3 * SECOND);
+    let lit = bench.edges().iter().any(|edge| edge.pin == LAMP_TOP && edge.high);
+    assert!(lit, "lit after the dwell: {:?}", host.status(&mut bench).snapshot.dark);
+    (bench, host)
+}
+
 /// What a lamp's dimming must be for a level, in counts of its 62,500.
 fn counts(level: u16) -> f64 {
     (f64::from(level) / 65_535.0 * 62_500.0).round()
@@ -113,7 +125,7 @@ fn the_plan_outlives_the_power() {
     room.live(&mut bench, 5 * SECOND);
     let address = bench.listen();
     let mut host = Host::greet(&mut bench, &address);
-    let Ok(Response::Status(status)) = host.ask(&mut bench, &Request::Status) else { panic!("no status") };
+    let status = host.status(&mut bench);
     let plan = status.plan.expect("a plan");
     assert_eq!(plan.name.as_str(), "On the bench");
     assert_eq!(status.snapshot.power_cycles, 2);

@@ -7,7 +7,7 @@ use std::time::Duration;
 use vitrine_exhibit::plan::Plan;
 use vitrine_protocol::frame::{self, Deframer};
 use vitrine_protocol::plan_file::{self, MAX_PLAN_BYTES};
-use vitrine_protocol::{FINGERPRINT, MAX_CHUNK, Reply, Request, Response, VERSION};
+use vitrine_protocol::{FINGERPRINT, MAX_CHUNK, Reply, Request, Response, Status, VERSION};
 
 use crate::bench::{Bench, MILLISECOND};
 
@@ -32,16 +32,23 @@ impl Host {
 
     /// Sends a request and runs the board until it answers.
     pub(crate) fn ask(&mut self, bench: &mut Bench, request: &Request) -> Reply {
+        self.try_ask(bench, request).unwrap_or_else(|| panic!("no answer to {request:?}"))
+    }
+
+    /// The same; none when the board has no power, or does not answer within two seconds.
+    pub(crate) fn try_ask(&mut self, bench: &mut Bench, request: &Request) -> Option<Reply> {
         self.send(request);
         for _ in 0..2_000 {
-            bench.run(MILLISECOND);
+            if !bench.run(MILLISECOND) {
+                return None;
+            }
             if let Some((sequence, reply)) = self.hear()
                 && sequence == self.sequence
             {
-                return reply;
+                return Some(reply);
             }
         }
-        panic!("no answer to {request:?}");
+        None
     }
 
     /// Sends a request without waiting for its answer.
@@ -66,25 +73,38 @@ impl Host {
 
     /// Uploads a plan; gives its CRC.
     pub(crate) fn upload(&mut self, bench: &mut Bench, plan: &Plan) -> u32 {
+        self.try_upload(bench, plan).expect("the board keeps its power")
+    }
+
+    /// The same; none when the power goes on the way.
+    pub(crate) fn try_upload(&mut self, bench: &mut Bench, plan: &Plan) -> Option<u32> {
         let mut buffer = [0; MAX_PLAN_BYTES];
         let bytes = plan_file::encode(plan, &mut buffer).expect("it fits");
         let crc = plan_file::crc(bytes);
         let length = bytes.len() as u32;
-        self.patiently(bench, &Request::BeginUpload { length, crc });
+        self.patiently(bench, &Request::BeginUpload { length, crc })?;
         for (index, chunk) in bytes.chunks(MAX_CHUNK).enumerate() {
             let bytes = chunk.try_into().expect("a chunk");
-            self.patiently(bench, &Request::UploadChunk { offset: (index * MAX_CHUNK) as u32, bytes });
+            self.patiently(bench, &Request::UploadChunk { offset: (index * MAX_CHUNK) as u32, bytes })?;
         }
-        let committed = self.patiently(bench, &Request::CommitUpload { crc });
+        let committed = self.patiently(bench, &Request::CommitUpload { crc })?;
         assert_eq!(committed, Response::Committed { crc });
-        crc
+        Some(crc)
+    }
+
+    /// What the board tells of itself.
+    pub(crate) fn status(&mut self, bench: &mut Bench) -> Status {
+        match self.patiently(bench, &Request::Status) {
+            Some(Response::Status(status)) => status,
+            other => panic!("no status but {other:?}"),
+        }
     }
 
     /// Asks again as long as the board says when.
-    fn patiently(&mut self, bench: &mut Bench, request: &Request) -> Response {
+    fn patiently(&mut self, bench: &mut Bench, request: &Request) -> Option<Response> {
         for _ in 0..200 {
-            match self.ask(bench, request) {
-                Ok(response) => return response,
+            match self.try_ask(bench, request)? {
+                Ok(response) => return Some(response),
                 Err(refusal) => {
                     let retry = refusal.retry().unwrap_or_else(|| panic!("{request:?}: {refusal}"));
                     bench.run(u64::from(retry.0) * MILLISECOND);

@@ -5,10 +5,14 @@
 mod bench;
 mod boot;
 mod chain;
+mod day;
 mod exhibit;
 mod faults;
+mod flash;
+mod floods;
 mod hosts;
 mod interlock;
 mod measures;
 mod room;
 mod signals;
+mod trace;

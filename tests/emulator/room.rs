@@ -76,3 +76,9 @@ impl Room {
 pub(crate) fn battery_clock(bench: &mut Bench) {
     bench.device(CLOCK, 0x02, &[0x00, 0x00, 0x12, 0x22, 0x00, 0x11, 0x26]);
 }
+
+/// The converter's reading of a 10 kOhm NTC (beta 3950 K) below 10 kOhm.
+pub(crate) fn thermistor_reading(celsius: f64) -> u16 {
+    let ratio = (3950.0 * (1.0 / (celsius + 273.15) - 1.0 / 298.15)).exp();
+    (4095.0 * ratio / (1.0 + ratio)).round() as u16
+}

@@ -1,0 +1,67 @@
+//! Hosts that misbehave: noise, half frames, floods, and one that does not read. The control loop does not care.
+
+use std::io::Write;
+
+use serde_json::json;
+use vitrine_protocol::{Request, frame};
+
+use crate::bench::{Bench, MICROSECOND, MILLISECOND};
+use crate::exhibit::neutral_on;
+use crate::hosts::Host;
+use crate::measures::step_jitter;
+
+fn noise(length: usize, mut seed: u32) -> Vec<u8> {
+    let mut next = || {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (seed >> 24) as u8
+    };
+    (0..length).map(|_| next()).collect()
+}
+
+#[test]
+fn a_flood_of_rubbish_neither_delays_a_step_nor_keeps_the_next_host_out() {
+    let (mut bench, mut host) = neutral_on(Bench::with_image("vitrine-pico-bench.elf"));
+    let status = frame::encode(7, &Request::Status).expect("a small request");
+    let damaged = host.status(&mut bench).damaged_frames;
+    bench.edges();
+    for round in 0..40 {
+        host.stream.write_all(&noise(500, round)).expect("taken");
+        host.stream.write_all(&status[..status.len() / 2]).expect("taken");
+        host.stream.write_all(&[0]).expect("taken");
+        host.stream.write_all(&vec![0x55; 900]).expect("taken");
+        host.stream.write_all(&[0]).expect("taken");
+        for _ in 0..20 {
+            host.stream.write_all(&status).expect("taken");
+        }
+        bench.run(25 * MILLISECOND);
+        while host.hear().is_some() {}
+    }
+    let jitter = step_jitter(&bench.edges());
+    println!("steps under a flood: jitter {jitter} ns");
+    assert!(jitter <= 50 * MICROSECOND, "{jitter} ns");
+    assert_eq!(bench.take_resets(), 0);
+
+    drop(host);
+    bench.run(500 * MILLISECOND);
+    let address = bench.listen();
+    let mut next = Host::greet(&mut bench, &address);
+    assert!(next.status(&mut bench).damaged_frames > damaged + 40, "damaged frames are counted");
+}
+
+#[test]
+fn a_host_that_does_not_read_holds_up_nobody() {
+    let (mut bench, mut host) = neutral_on(Bench::with_image("vitrine-pico-bench.elf"));
+    bench.edges();
+    bench.call(json!({"op": "usb_reading", "reading": false}));
+    for _ in 0..20 {
+        host.send(&Request::Status);
+        bench.run(100 * MILLISECOND);
+    }
+    let jitter = step_jitter(&bench.edges());
+    assert!(jitter <= 50 * MICROSECOND, "{jitter} ns");
+    assert_eq!(bench.take_resets(), 0);
+    bench.call(json!({"op": "usb_reading", "reading": true}));
+    bench.run(1_500 * MILLISECOND);
+    while host.hear().is_some() {}
+    host.status(&mut bench);
+}
