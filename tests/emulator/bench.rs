@@ -195,8 +195,8 @@ impl Bench {
         self.call(json!({"op": "usb"}))["connected_at"].as_f64().map(|at| at as u64)
     }
 
-    /// Runs the real `vitrine` with these arguments while `live` lets the board live on; gives what it printed.
-    pub(crate) fn vitrine(&mut self, arguments: &[&str], mut live: impl FnMut(&mut Self)) -> String {
+    /// Runs the real `vitrine` with these arguments while the board lives on; gives what it printed.
+    pub(crate) fn vitrine(&mut self, arguments: &[&str]) -> String {
         let mut command = Command::new(vitrine_command())
             .args(arguments)
             .stdin(Stdio::null())
@@ -210,7 +210,7 @@ impl Bench {
                 command.kill().expect("the command ends");
                 panic!("vitrine {arguments:?} did not end");
             }
-            live(self);
+            self.run(10 * MILLISECOND);
         }
         let output = command.wait_with_output().expect("the command's output");
         let (stdout, stderr) =

@@ -24,18 +24,15 @@ const RECEIVED = 0x08;
 
 function answerUniqueId(serial) {
   const [read, write] = [serial.readUint32.bind(serial), serial.writeUint32.bind(serial)];
-  let answers = null;
-  let received = [];
+  let answer = [];
   serial.writeUint32 = (offset, value) => {
-    if (offset !== DATA_REGISTER) return write(offset, value);
-    if (answers === null && value === READ_UNIQUE_ID) answers = [0, 0, 0, 0, 0, ...UNIQUE_ID];
-    if (answers === null) return write(offset, value);
-    received.push(answers.shift() ?? 0);
-    if (answers.length === 0) answers = null;
+    // The library reads in the mode that clocks in what follows the command without further writes.
+    if (offset === DATA_REGISTER && (value & 0xff) === READ_UNIQUE_ID) answer = [0, 0, 0, 0, ...UNIQUE_ID];
+    else write(offset, value);
   };
   serial.readUint32 = (offset) => {
-    if (offset === STATUS_REGISTER && (answers !== null || received.length)) return TRANSMIT_READY | (received.length ? RECEIVED : 0);
-    if (offset === DATA_REGISTER && received.length) return received.shift();
+    if (offset === STATUS_REGISTER && answer.length) return TRANSMIT_READY | RECEIVED;
+    if (offset === DATA_REGISTER && answer.length) return answer.shift();
     return read(offset);
   };
 }

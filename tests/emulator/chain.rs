@@ -60,9 +60,8 @@ fn photographs_become_lamp_levels_at_the_pins() {
     let mut room = Room::empty();
     room.live(&mut bench, 100 * MILLISECOND);
     let address = bench.listen();
-    let live = |bench: &mut Bench| bench.run(10 * MILLISECOND);
-    bench.vitrine(&["upload", &build, "--to", &address], live);
-    let told = bench.vitrine(&["status", "--build", &build, "--to", &address], live);
+    bench.vitrine(&["upload", &build, "--to", &address]);
+    let told = bench.vitrine(&["status", "--build", &build, "--to", &address]);
     assert!(told.contains("the controller runs this build"), "{told}");
 
     room.live(&mut bench, 5 * SECOND);
@@ -89,6 +88,6 @@ fn photographs_become_lamp_levels_at_the_pins() {
 
     bench.power_off();
     bench.power_on();
-    let told = bench.vitrine(&["status", "--build", &build, "--to", &address], live);
+    let told = bench.vitrine(&["status", "--build", &build, "--to", &address]);
     assert!(told.contains("the controller runs this build"), "after a power cut: {told}");
 }
