@@ -85,7 +85,7 @@ impl Store {
     fn write_log(&mut self, event: Event) {
         let uptime_s = u32::try_from(Instant::now().as_secs()).unwrap_or(u32::MAX);
         let time = readings::clock().now;
-        let written = self.log.as_mut().map(|log| log.append(&mut self.chip, time, uptime_s, event));
+        let written = self.log.as_mut().map(|log| log.keep(&mut self.chip, time, uptime_s, event));
         if !matches!(written, Some(Ok(_))) {
             warn!("an event did not reach the log");
         }

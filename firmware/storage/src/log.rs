@@ -2,7 +2,7 @@
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use vitrine_exhibit::{
-    events::{Event, LogEntry},
+    events::{DarkReason, Event, LogEntry},
     units::UtcSeconds,
 };
 
@@ -15,12 +15,14 @@ use crate::{
 #[derive(Clone, Copy, Debug)]
 pub struct EventLog {
     position: RingPosition,
+    /// The last that was kept of the lamps is that they are dark.
+    says_dark: bool,
 }
 
 impl EventLog {
     /// Finds the newest entry, to be done once after the start.
     pub fn open<F: ReadNorFlash>(flash: &mut F) -> Result<Self, Error<F::Error>> {
-        LOG.open(flash).map(|opened| Self { position: opened.position })
+        LOG.open(flash).map(|opened| Self { position: opened.position, says_dark: true })
     }
 
     /// The oldest entry kept; [`EventLog::next`] if there is none.
@@ -36,6 +38,32 @@ impl EventLog {
     /// Whether the next entry erases a sector, which stops the processor for a while.
     pub const fn will_erase(&self) -> bool {
         LOG.will_erase(&self.position)
+    }
+
+    /// Adds an event, if it is worth its place; gives its number. What comes and goes with every visitor is not: it
+    /// would push out what a technician or a conservator looks for.
+    pub fn keep<F: NorFlash>(
+        &mut self,
+        flash: &mut F,
+        time: Option<UtcSeconds>,
+        uptime_s: u32,
+        event: Event,
+    ) -> Result<Option<u32>, Error<F::Error>> {
+        let kept = match event {
+            Event::Dark(DarkReason::NobodyThere | DarkReason::NothingToShow) => false,
+            Event::Lit => self.says_dark,
+            event => event.is_kept(),
+        };
+        if !kept {
+            return Ok(None);
+        }
+        let sequence = self.append(flash, time, uptime_s, event)?;
+        match event {
+            Event::Dark(_) => self.says_dark = true,
+            Event::Lit => self.says_dark = false,
+            _ => {}
+        }
+        Ok(Some(sequence))
     }
 
     /// Adds an event; gives its number.

@@ -213,8 +213,8 @@ impl VirtualController {
         }
         let uptime_s = u32::try_from(self.time_ms / 1_000).unwrap_or(u32::MAX);
         let now = self.now();
-        for event in events.iter().filter(|event| event.is_kept()) {
-            let _an_event_that_flash_refuses_is_lost = self.log.append(&mut self.flash, now, uptime_s, event);
+        for event in events.iter() {
+            let _an_event_that_flash_refuses_is_lost = self.log.keep(&mut self.flash, now, uptime_s, event);
         }
     }
 

@@ -64,3 +64,25 @@ fn logged_events_are_read_by_their_number() {
     assert_eq!(log.read(&mut flash, 2), Ok(Some(LogEntry { sequence: 2, time, uptime_s: u32::MAX, event })));
     assert_eq!(log.read(&mut flash, 4), Ok(None));
 }
+
+#[test]
+fn what_comes_with_every_visitor_is_not_kept() {
+    use vitrine_exhibit::events::DarkReason::{Closed, InterlockOpen, NobodyThere, Starting};
+    let mut flash = flash();
+    let mut log = EventLog::open(&mut flash).expect("readable");
+    let visit =
+        [Event::ViewerCame, Event::Lit, Event::ViewChosen(1), Event::ViewersGone, Event::Dark(NobodyThere)];
+    let mut events = std::vec![Event::Dark(Starting), Event::Dark(NobodyThere)];
+    events.extend(visit.repeat(3));
+    events.extend([Event::Dark(InterlockOpen), Event::Dark(NobodyThere)]);
+    events.extend(visit.repeat(3));
+    events.push(Event::Dark(Closed));
+    for event in events {
+        log.keep(&mut flash, None, 0, event).expect("kept or not");
+    }
+    let kept: std::vec::Vec<_> = (log.oldest()..log.next())
+        .map(|sequence| log.read(&mut flash, sequence).expect("readable").expect("kept").event)
+        .collect();
+    let dark = Event::Dark;
+    assert_eq!(kept, [dark(Starting), Event::Lit, dark(InterlockOpen), Event::Lit, dark(Closed)]);
+}
