@@ -14,6 +14,7 @@ mod manifest;
 mod page;
 mod read;
 mod report;
+mod viewer;
 mod whole;
 mod write;
 

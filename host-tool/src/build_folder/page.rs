@@ -5,6 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::report::{Report, ViewReport};
+use super::viewer::viewer;
 use crate::config::Exhibit;
 
 const STYLE: &str = include_str!("page.css");
@@ -16,7 +17,13 @@ pub(super) struct ViewPictures {
 }
 
 /// Writes the page of a design.
-pub(super) fn page(exhibit: &Exhibit, report: &Report, pictures: &[ViewPictures]) -> String {
+/// `films` are PNG files of 8 bits.
+pub(super) fn page(
+    exhibit: &Exhibit,
+    report: &Report,
+    pictures: &[ViewPictures],
+    films: &[Vec<u8>],
+) -> String {
     let markup = html! {
         (DOCTYPE)
         html lang="en" {
@@ -30,6 +37,7 @@ pub(super) fn page(exhibit: &Exhibit, report: &Report, pictures: &[ViewPictures]
                 main {
                     h1 { (report.name) }
                     p { (stack_in_words(exhibit)) }
+                    (viewer(exhibit, report, films))
                     h2 { "Views" }
                     div class="views" {
                         @for (view, pictures) in report.views.iter().zip(pictures) { (view_section(view, pictures)) }

@@ -112,7 +112,12 @@ pub fn write(
     let depth = request.settings.ink_depth;
     let report = Report::new(exhibit, design);
     let mut files = BTreeMap::new();
-    for (index, film) in films::encode(&design.volume, depth)?.into_iter().enumerate() {
+    let films = films::encode(&design.volume, depth)?;
+    let films_of_the_page = match depth {
+        InkDepth::Eight => films.clone(),
+        InkDepth::Sixteen => films::encode(&design.volume, InkDepth::Eight)?,
+    };
+    for (index, film) in films.into_iter().enumerate() {
         files.insert(films::film_name(index), film);
     }
     let pictures = view_pictures(request, design)?;
@@ -120,7 +125,8 @@ pub fn write(
     files.insert("plan.json".to_owned(), json(&plan)?);
     files.insert("plan.bin".to_owned(), plan_file(&plan)?);
     files.insert("report.json".to_owned(), json(&report)?);
-    files.insert("report.html".to_owned(), page(exhibit, &report, &pictures).into_bytes());
+    files
+        .insert("report.html".to_owned(), page(exhibit, &report, &pictures, &films_of_the_page).into_bytes());
     for (view, pictures) in design.views.iter().zip(pictures) {
         files.insert(format!("views/{}.png", view.id), pictures.shown);
         files.insert(format!("views/{}.target.png", view.id), pictures.pattern);

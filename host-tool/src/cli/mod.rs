@@ -1,5 +1,6 @@
 //! The commands: one file each, data on stdout, everything else on stderr.
 
+mod advise;
 mod check;
 mod clock;
 mod connect;
@@ -52,6 +53,7 @@ enum Command {
     Demo(demo::Demo),
     New(new::New),
     Check(check::Check),
+    Advise(advise::Advise),
     Design(design::Design),
     View(view::View),
     Devices(devices::Devices),
@@ -93,6 +95,7 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
         Command::Demo(command) => command.run(output),
         Command::New(command) => command.run(output),
         Command::Check(command) => command.run(output),
+        Command::Advise(command) => command.run(output),
         Command::Design(command) => command.run(output),
         Command::View(command) => command.run(output),
         Command::Devices(command) => command.run(output),
