@@ -23,12 +23,13 @@
     uniform sampler2DArray films;
     uniform vec4 film[${stack.films}];  // scale, column offset, row offset, weight
     uniform float gain;
+    uniform float stride;  // 1 draws every pixel
     uniform bool encode;
     out vec4 color;
     void main() {
       vec2 size = vec2(textureSize(films, 0).xy);
       vec2 middle = (size - 1.0) / 2.0;
-      vec2 pixel = vec2(gl_FragCoord.x - 0.5, size.y - 0.5 - gl_FragCoord.y);
+      vec2 pixel = vec2(0.0, size.y - 1.0) + stride * vec2(gl_FragCoord.x - 0.5, 0.5 - gl_FragCoord.y);
       vec3 light = vec3(0.0);
       for (int k = 0; k < ${stack.films}; k++) {
         vec2 place = middle + film[k].x * (pixel - middle) + film[k].yz;
@@ -89,29 +90,36 @@
     return values;
   }
 
-  function draw(gain, encode) {
+  function draw(gain, encode, stride) {
+    gl.viewport(0, 0, Math.ceil(canvas.width / stride), Math.ceil(canvas.height / stride));
     gl.uniform1f(uniform("gain"), gain);
+    gl.uniform1f(uniform("stride"), stride);
     gl.uniform1i(uniform("encode"), encode ? 1 : 0);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  // The gain that brings the 99.5th percentile to white, as `vitrine view` takes it, to the eye's precision.
+  // The gain that brings the 99.5th percentile to white, as `vitrine view` takes it, to the eye's precision: one pixel
+  // in sixteen tells it.
   function whiteGain() {
-    draw(1, false);
-    const pixels = new Uint8Array(4 * canvas.width * canvas.height);
-    gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    const stride = 4;
+    draw(1, false, stride);
+    const [width, height] = [Math.ceil(canvas.width / stride), Math.ceil(canvas.height / stride)];
+    const pixels = new Uint8Array(4 * width * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
     const counts = new Uint32Array(256);
     for (let i = 0; i < pixels.length; i += 4) for (let c = 0; c < 3; c++) counts[pixels[i + c]]++;
-    let above = 0.005 * 3 * canvas.width * canvas.height;
+    let above = 0.005 * 3 * width * height;
     let white = 255;
     while (white > 1 && (above -= counts[white]) > 0) white--;
     return 255 / white;
   }
 
   function show() {
-    gl.viewport(0, 0, canvas.width, canvas.height);
     gl.uniform4fv(uniform("film"), rays());
-    draw(whiteGain(), stack.light);
+    // A page opened with #gain=G draws light as it is, to be compared with `vitrine view --gain G`.
+    const asked = Number(new URLSearchParams(location.hash.slice(1)).get("gain"));
+    if (asked > 0) draw(asked, false, 1);
+    else draw(whiteGain(), stack.light, 1);
     const tilt = control("tilt").checked;
     const turn = `perspective(60rem) rotateY(${-number("horizontal")}deg) rotateX(${-number("vertical")}deg)`;
     canvas.style.transform = tilt ? turn : "none";
