@@ -70,18 +70,8 @@ pub(super) fn design_exhibit(
     let exhibit = config::load(path)?;
     build_folder::check_place(place)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let request = exhibit.design_request(folder, depth).map_err(pictures)?;
-    let designed =
-        design(&request, &mut |step| progress.report(step)).map_err(|source| impossible(path, source))?;
+    let request = exhibit.design_request(folder, depth).map_err(DesignFailure::from)?;
+    let designed = design(&request, &mut |step| progress.report(step))
+        .map_err(|source| DesignFailure::Impossible { path: path.to_owned(), source })?;
     Ok(build_folder::write(place, path, &exhibit, &request, &designed)?)
-}
-
-/// A picture that cannot be read, as a report.
-pub(super) fn pictures(error: PictureError) -> Report {
-    DesignFailure::from(error).into()
-}
-
-/// What the engine cannot do with the exhibit.toml at `path`, as a report.
-pub(super) fn impossible(path: &Path, source: DesignError) -> Report {
-    DesignFailure::Impossible { path: path.to_owned(), source }.into()
 }

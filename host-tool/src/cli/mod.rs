@@ -1,6 +1,5 @@
 //! The commands: one file each, data on stdout, everything else on stderr.
 
-mod advise;
 mod check;
 mod clock;
 mod connect;
@@ -53,7 +52,6 @@ enum Command {
     Demo(demo::Demo),
     New(new::New),
     Check(check::Check),
-    Advise(advise::Advise),
     Design(design::Design),
     View(view::View),
     Devices(devices::Devices),
@@ -95,7 +93,6 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
         Command::Demo(command) => command.run(output),
         Command::New(command) => command.run(output),
         Command::Check(command) => command.run(output),
-        Command::Advise(command) => command.run(output),
         Command::Design(command) => command.run(output),
         Command::View(command) => command.run(output),
         Command::Devices(command) => command.run(output),
