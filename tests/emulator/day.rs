@@ -1,4 +1,4 @@
-//! A day of visitors, shortened to a minute and a half: they come, walk, and go; the lamps follow, rest and go dark.
+//! A day of visitors, shortened to a minute: they come, walk, and go; the lamps follow, rest and go dark.
 
 use vitrine_exhibit::units::Milliseconds;
 
