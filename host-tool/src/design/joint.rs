@@ -30,7 +30,7 @@ const SEARCH_ITERATIONS: usize = 10;
 
 /// Rounds of volume and lamps on films of each size, and the iterations in each.
 const SETTLE_ROUNDS: usize = 3;
-const SETTLE_ITERATIONS: usize = 8;
+const SETTLE_ITERATIONS: usize = 12;
 
 /// The most starts that are tried.
 const MOST_STARTS: usize = 16;

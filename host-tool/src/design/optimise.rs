@@ -78,7 +78,7 @@ pub(super) fn set_up(request: &DesignRequest, lighting: &Lighting) -> Problem {
 /// than code values: dark specks cost it little.
 fn structure_strength(tone: Tone) -> f32 {
     match tone {
-        Tone::Code => 4.0,
+        Tone::Code => 2.0,
         Tone::Linear => 8.0,
     }
 }

@@ -99,8 +99,8 @@ impl Default for DesignSettings {
             misplacement_um: 68.0,
             structure: 1.0,
             balance: 0.15,
-            tolerance_db: 0.05,
-            iterations: 40,
+            tolerance_db: 0.03,
+            iterations: 60,
             ink_depth: InkDepth::default(),
         }
     }
