@@ -12,7 +12,7 @@ cargo clippy --all-targets -- -D warnings
 say "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --document-private-items
 say "tests"
-cargo test
+cargo test --no-fail-fast
 
 say "board: image"
 firmware/build.sh
