@@ -42,14 +42,25 @@ fn net(board: &Board, name: &str) -> Pin {
     board.pin.iter().find(|pin| pin.net == name).unwrap_or_else(|| panic!("no net {name}")).clone()
 }
 
+/// The rows of a document's tables that begin with a number.
+fn numbered_rows(name: &str) -> Vec<String> {
+    document(name)
+        .lines()
+        .filter(|line| line.starts_with('|'))
+        .filter(|line| line.trim_start_matches("| ").starts_with(|letter: char| letter.is_ascii_digit()))
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn the_readme_wires_what_the_pins_say() {
+    let wanted: Vec<String> =
+        board().pin.iter().map(|pin| format!("| {} | {} | {} |", pin.gp, pin.net, pin.function)).collect();
+    assert_eq!(numbered_rows("../README.md"), wanted);
+}
+
 #[test]
 fn the_wiring_table_is_that_of_the_pins() {
-    let rows: Vec<String> = document("wiring.md")
-        .lines()
-        .filter(|line| line.trim_start_matches("| ").starts_with(|letter: char| letter.is_ascii_digit()))
-        .filter(|line| line.starts_with('|'))
-        .map(str::to_owned)
-        .collect();
     let wanted: Vec<String> = board()
         .pin
         .iter()
@@ -57,7 +68,7 @@ fn the_wiring_table_is_that_of_the_pins() {
             format!("| {} | {} | {} | {} | {} |", pin.gp, pin.net, pin.direction, pin.reset, pin.function)
         })
         .collect();
-    assert_eq!(rows, wanted);
+    assert_eq!(numbered_rows("wiring.md"), wanted);
 }
 
 #[test]

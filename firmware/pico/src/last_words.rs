@@ -89,6 +89,8 @@ pub(crate) fn end(reason: &str) -> ! {
 fn end_with(write: impl FnOnce(&mut Clipped) -> core::fmt::Result) -> ! {
     darkness::darken();
     cortex_m::interrupt::disable();
+    // The state's owner may have lit the lamps between the two.
+    darkness::darken();
     let mut note = Clipped(String::new());
     // A note that cannot be written in full is still worth keeping.
     let _ = write(&mut note);
