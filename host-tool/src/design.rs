@@ -10,6 +10,8 @@ mod as_built;
 mod compatibility;
 mod divergence;
 mod emphasis;
+mod frontier;
+mod halftone;
 mod joint;
 mod least_squares;
 mod optimise;
@@ -25,6 +27,7 @@ pub use advice::{Advice, Change, Exposed, Placement, advise};
 pub use as_built::{AsBuilt, SEED, STACKS, ViewAsBuilt, as_built, misplacements};
 pub use compatibility::{Prediction, SharedDetail, ViewPrediction, predict};
 pub use emphasis::{best_pair, neutral_pair};
+pub use frontier::{FrontierPoint, frontier};
 pub use product::product;
 pub use request::{
     DesignError, DesignRequest, DesignSettings, Method, OpticsModel, Progress, Tone, ViewRequest,
@@ -41,6 +44,9 @@ pub fn design(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Resu
         Method::Product => product(request, report),
         Method::LeastSquares => joint::solve(request, report),
     };
+    if let Some(levels) = request.settings.levels {
+        halftone::halftone(request, &mut volume, levels, report);
+    }
     volume.quantise(request.settings.ink_depth);
     report(Progress { stage: "measuring the views", done: 0, total: 1, quality_db: None });
     Ok(Design::of(request, volume))

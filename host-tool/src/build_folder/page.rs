@@ -12,6 +12,8 @@ const STYLE: &str = include_str!("page.css");
 
 /// The pictures of one view as PNG files.
 pub(super) struct ViewPictures {
+    /// The pattern as it was given, where it was adapted.
+    pub(super) given: Option<Vec<u8>>,
     pub(super) pattern: Vec<u8>,
     pub(super) shown: Vec<u8>,
 }
@@ -75,9 +77,20 @@ fn view_section(view: &ViewReport, pictures: &ViewPictures) -> Markup {
         section {
             h3 { (view.id) }
             p { (direction) }
+            @if let Some(given) = &pictures.given {
+                figure {
+                    img src=(data_uri(given)) alt={ "Picture given for view " (view.id) };
+                    figcaption { "Picture as given" }
+                }
+            }
             figure {
                 img src=(data_uri(&pictures.pattern)) alt={ "Pattern of view " (view.id) };
-                figcaption { "Pattern" }
+                figcaption {
+                    @match view.similarity_to_given {
+                        Some(similarity) => { "Pattern, adapted (SSIM to the given picture " (format!("{similarity:.2}")) ")" }
+                        None => { "Pattern" }
+                    }
+                }
             }
             figure {
                 img src=(data_uri(&pictures.shown)) alt={ "What the viewer of " (view.id) " sees" };

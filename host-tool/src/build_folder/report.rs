@@ -48,6 +48,9 @@ pub struct ViewReport {
     pub vertical_deg: f64,
     /// The lamp pair that shows this view at its best; the larger level is 1.
     pub emphasis: Pair,
+    /// Structural similarity of the pattern to the given picture, where it was adapted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub similarity_to_given: Option<f64>,
     /// In the optics of the design.
     pub quality: Figures,
     /// Behind the stack's own films, under this view's emphasis.
@@ -122,6 +125,7 @@ impl ViewReport {
             horizontal_deg,
             vertical_deg,
             emphasis: designed.emphasis.into(),
+            similarity_to_given: None,
             quality: designed.quality.into(),
             under_own_lamps: designed.under_own_lamps.into(),
             under_neutral_lamps: designed.under_neutral_lamps.into(),

@@ -15,6 +15,7 @@ use super::report::Report;
 use super::whole::WholeFolder;
 use crate::config::{Exhibit, ZoneError};
 use crate::design::{Design, DesignRequest};
+use crate::measure::structural_similarity;
 use crate::optics::LampPair;
 use crate::picture::Picture;
 use crate::volume::InkDepth;
@@ -99,6 +100,8 @@ fn is_build(place: &Path) -> bool {
 
 /// Writes the build of `design`, made from the exhibit.toml at `exhibit_path`, to `place`, whole or not at all.
 ///
+/// `given` is the request before its pictures were adapted, where they were.
+///
 /// # Errors
 /// Fails when `place` is taken by something else and when anything cannot be written; then `place` is as it was.
 pub fn write(
@@ -106,11 +109,17 @@ pub fn write(
     exhibit_path: &Path,
     exhibit: &Exhibit,
     request: &DesignRequest,
+    given: Option<&DesignRequest>,
     design: &Design,
 ) -> Result<Report, BuildError> {
     check_place(place)?;
     let depth = request.settings.ink_depth;
-    let report = Report::new(exhibit, design);
+    let mut report = Report::new(exhibit, design);
+    if let Some(given) = given {
+        for ((view, adapted), given) in report.views.iter_mut().zip(&request.views).zip(&given.views) {
+            view.similarity_to_given = Some(structural_similarity(&adapted.pattern, &given.pattern));
+        }
+    }
     let mut files = BTreeMap::new();
     let films = films::encode(&design.volume, depth)?;
     let films_of_the_page = match depth {
@@ -120,7 +129,7 @@ pub fn write(
     for (index, film) in films.into_iter().enumerate() {
         files.insert(films::film_name(index), film);
     }
-    let pictures = view_pictures(request, design)?;
+    let pictures = view_pictures(request, given, design)?;
     let plan = plan_of(exhibit, design, depth)?;
     files.insert("plan.json".to_owned(), json(&plan)?);
     files.insert("plan.bin".to_owned(), plan_file(&plan)?);
@@ -130,6 +139,9 @@ pub fn write(
     for (view, pictures) in design.views.iter().zip(pictures) {
         files.insert(format!("views/{}.png", view.id), pictures.shown);
         files.insert(format!("views/{}.target.png", view.id), pictures.pattern);
+        if let Some(given) = pictures.given {
+            files.insert(format!("views/{}.given.png", view.id), given);
+        }
     }
     let manifest = manifest(exhibit_path, exhibit, depth, &files)?;
     files.insert("manifest.json".to_owned(), json(&manifest)?);
@@ -145,13 +157,23 @@ fn write_files(place: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<(), Bu
     folder.commit().map_err(at(place.to_owned()))
 }
 
-fn view_pictures(request: &DesignRequest, design: &Design) -> Result<Vec<ViewPictures>, BuildError> {
+fn view_pictures(
+    request: &DesignRequest,
+    given: Option<&DesignRequest>,
+    design: &Design,
+) -> Result<Vec<ViewPictures>, BuildError> {
     request
         .views
         .iter()
         .zip(&design.views)
-        .map(|(view, designed)| {
-            Ok(ViewPictures { pattern: encode_srgb(&view.pattern)?, shown: encode_srgb(&designed.shown)? })
+        .enumerate()
+        .map(|(index, (view, designed))| {
+            let given = given.and_then(|given| given.views.get(index));
+            Ok(ViewPictures {
+                given: given.map(|given| encode_srgb(&given.pattern)).transpose()?,
+                pattern: encode_srgb(&view.pattern)?,
+                shown: encode_srgb(&designed.shown)?,
+            })
         })
         .collect()
 }

@@ -10,6 +10,7 @@ use vitrine::year::{Year, year};
 
 use super::outlook::Outlook;
 use super::output::Output;
+use super::progress::Progress;
 
 /// Validate an exhibit.toml and sum it up: the year's calendar, the dose it may cost, how well its views
 /// will show and what would show them better.
@@ -19,6 +20,7 @@ Examples:
   vitrine check exhibit.toml
   vitrine check exhibit.toml --year 2027
   vitrine check exhibit.toml --quick
+  vitrine check exhibit.toml --frontier frontier.svg
   vitrine check exhibit.toml --json | jq .exhibit.stack")]
 pub(super) struct Check {
     /// The file to check.
@@ -29,6 +31,9 @@ pub(super) struct Check {
     /// Only read the file: predict and advise nothing.
     #[arg(long)]
     quick: bool,
+    /// Draw what quality costs in brightness and contrast into this SVG file, and its points as JSON beside it.
+    #[arg(long, value_name = "SVG", conflicts_with = "quick")]
+    frontier: Option<PathBuf>,
 }
 
 impl Check {
@@ -41,7 +46,12 @@ impl Check {
         if year.open_h == 0.0 {
             output.note(&format!("note: the schedule lights the exhibit never in {number}"));
         }
-        let outlook = if self.quick { None } else { Some(Outlook::of(&exhibit, &self.exhibit)?) };
+        let outlook = if self.quick {
+            None
+        } else {
+            let mut progress = Progress::new(output.is_json());
+            Some(Outlook::of(&exhibit, &self.exhibit, self.frontier.as_deref(), &mut progress)?)
+        };
         let result = serde_json::json!({ "exhibit": exhibit, "year": year, "outlook": outlook });
         output.result(&result, || {
             let mut parts = vec![summary(&exhibit), year_summary(&exhibit, &year)];

@@ -7,7 +7,7 @@ use miette::{Diagnostic, Report};
 use thiserror::Error;
 use vitrine::build_folder;
 use vitrine::config;
-use vitrine::design::{DesignError, design};
+use vitrine::design::{DesignError, adapt, design};
 use vitrine::picture::PictureError;
 use vitrine::volume::InkDepth;
 
@@ -71,7 +71,18 @@ pub(super) fn design_exhibit(
     build_folder::check_place(place)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let request = exhibit.design_request(folder, depth).map_err(DesignFailure::from)?;
-    let designed = design(&request, &mut |step| progress.report(step))
-        .map_err(|source| DesignFailure::Impossible { path: path.to_owned(), source })?;
-    Ok(build_folder::write(place, path, &exhibit, &request, &designed)?)
+    let fail = |source| DesignFailure::Impossible { path: path.to_owned(), source };
+    let adapted = match exhibit.design.adapt {
+        true => Some(
+            adapt(&request, exhibit.design.adapt_similarity, &mut |step| progress.report(step))
+                .map_err(fail)?,
+        ),
+        false => None,
+    };
+    let (wanted, given) = match &adapted {
+        Some(adapted) => (&adapted.request, Some(&request)),
+        None => (&request, None),
+    };
+    let designed = design(wanted, &mut |step| progress.report(step)).map_err(fail)?;
+    Ok(build_folder::write(place, path, &exhibit, wanted, given, &designed)?)
 }

@@ -7,6 +7,7 @@ mod controller;
 mod demo;
 mod design;
 mod devices;
+mod frontier;
 mod log;
 mod new;
 mod outlook;

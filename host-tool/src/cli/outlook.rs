@@ -5,25 +5,43 @@ use std::path::Path;
 use miette::Report;
 use serde::Serialize;
 use vitrine::config::Exhibit;
-use vitrine::design::{Advice, Prediction, advise, predict};
+use vitrine::design::{Advice, FrontierPoint, Prediction, advise, frontier, predict};
 use vitrine::volume::InkDepth;
 
 use super::design::DesignFailure;
+use super::frontier::draw;
+use super::progress::Progress;
 
 /// What the design of an exhibit will reach, and what would be better.
 #[derive(Serialize)]
 pub(super) struct Outlook {
     prediction: Prediction,
     advice: Vec<Advice>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frontier: Option<Vec<FrontierPoint>>,
 }
 
 impl Outlook {
-    /// Tries the exhibit.toml at `path` in small.
-    pub(super) fn of(exhibit: &Exhibit, path: &Path) -> Result<Self, Report> {
+    /// Tries the exhibit.toml at `path` in small; draws what quality costs into `drawing`, where that is asked for.
+    pub(super) fn of(
+        exhibit: &Exhibit,
+        path: &Path,
+        drawing: Option<&Path>,
+        progress: &mut Progress,
+    ) -> Result<Self, Report> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let request = exhibit.design_request(folder, InkDepth::Eight).map_err(DesignFailure::from)?;
         let fail = |source| DesignFailure::Impossible { path: path.to_owned(), source };
-        Ok(Self { prediction: predict(&request).map_err(fail)?, advice: advise(&request).map_err(fail)? })
+        let points = match drawing {
+            Some(drawing) => {
+                let points = frontier(&request, &mut |step| progress.report(step)).map_err(fail)?;
+                draw(&points, drawing)?;
+                Some(points)
+            }
+            None => None,
+        };
+        let prediction = predict(&request).map_err(fail)?;
+        Ok(Self { prediction, advice: advise(&request).map_err(fail)?, frontier: points })
     }
 
     /// The outlook as lines to read.

@@ -108,6 +108,10 @@ pub struct DesignSettings {
     pub brightness: f64,
     /// Expected misplacement of each film along each axis.
     pub misplacement_um: f64,
+    /// Whether the pictures are adapted to each other before they are designed for.
+    pub adapt: bool,
+    /// The structural similarity that an adapted picture keeps to the given one, 0..=1.
+    pub adapt_similarity: f64,
 }
 
 /// The way from patterns to a volume.
@@ -149,6 +153,8 @@ pub struct PrintSettings {
     pub dpi_y: f64,
     /// Names of the three fluorescent inks, for R, G and B.
     pub inks: [String; 3],
+    /// The ink levels that the printer lays at a dot, from none to full; `None` for any.
+    pub levels: Option<u16>,
     /// Whether registration marks are printed.
     pub marks: bool,
     /// The sheet to print on.

@@ -109,6 +109,7 @@ impl Exhibit {
             tone: self.tone(),
             brightness: self.design.brightness,
             misplacement_um: self.design.misplacement_um,
+            levels: self.print.levels,
             ink_depth,
             ..DesignSettings::default()
         }

@@ -146,6 +146,12 @@ pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -
             misplacement,
             bounds(0.0, 5000.0, "films laid by hand on pins are about 68 um off"),
         ),
+        adapt: reader.truth("adapt", false),
+        adapt_similarity: reader.number(
+            "adapt_similarity",
+            0.9,
+            bounds(0.5, 0.99, "less lets the pictures give way more"),
+        ),
     };
     reader.finish(problems);
     settings
@@ -284,11 +290,29 @@ pub(super) fn print(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) ->
         dpi_x: reader.number("dpi_x", 5760.0, dpi),
         dpi_y: reader.number("dpi_y", 1440.0, dpi),
         inks,
+        levels: levels(&mut reader),
         marks: reader.truth("marks", true),
         paper: paper.unwrap_or("A4").to_owned(),
     };
     reader.finish(problems);
     settings
+}
+
+/// `levels = 2`, `4`, `16` or `"continuous"`.
+fn levels(reader: &mut TableReader<'_>) -> Option<u16> {
+    const WANTED: &str = "2, 4, 16 or \"continuous\"";
+    let value = reader.raw("levels")?;
+    if value.get_ref().as_str() == Some("continuous") {
+        return None;
+    }
+    match as_whole(value.get_ref()) {
+        // They divide 255 evenly, so that the films' files hold them exactly.
+        Some(levels @ (2 | 4 | 16)) => Some(levels as u16),
+        _ => {
+            reader.report_type("levels", value, WANTED);
+            None
+        }
+    }
 }
 
 /// `[lamps]`.

@@ -192,3 +192,62 @@ impl Gaussian {
         sum / weight
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::{DesignSettings, OpticsModel, Tone, ViewRequest};
+    use crate::optics::Direction;
+    use crate::projection::ViewerDistance;
+    use crate::stack::Stack;
+
+    /// Pictures that are bright on opposite sides, with fine stripes of their own.
+    fn opposed() -> DesignRequest {
+        let side = 48;
+        let views = [("one", 20.0f64, 1.0f32), ("other", -20.0, -1.0)].map(|(id, degrees, sign)| {
+            let mut pattern = Picture::new(side, side);
+            for (index, value) in pattern.values_mut().iter_mut().enumerate() {
+                let (x, y) = ((index % side) as f32 / 47.0, (index / side % side) as f32);
+                *value = 0.5 + sign * 0.25 * (2.0 * x - 1.0) + 0.2 * (0.9 * y * (1.5 + sign * 0.4)).sin();
+            }
+            ViewRequest { id: id.into(), pattern, direction: Direction::new(degrees, 0.0), weight: 1.0 }
+        });
+        DesignRequest {
+            stack: Stack { films: 6, width_px: side, height_px: side, ..Stack::default() },
+            distance: ViewerDistance::Parallel,
+            views: views.to_vec(),
+            settings: DesignSettings {
+                optics: OpticsModel::Ideal,
+                tone: Tone::Code,
+                iterations: 40,
+                ..DesignSettings::default()
+            },
+        }
+    }
+
+    #[test]
+    fn adapted_pictures_show_better_and_stay_similar() {
+        let request = opposed();
+        let before = design(&request, &mut |_| ()).unwrap().mean_psnr_db();
+        let mut last = before;
+        for similarity in [0.97, 0.9] {
+            let adapted = adapt(&request, similarity, &mut |_| ()).unwrap();
+            assert!(
+                adapted.similarity.iter().all(|reached| *reached >= similarity),
+                "{:?}",
+                adapted.similarity
+            );
+            let inside = |view: &ViewRequest| view.pattern.values().iter().all(|v| (0.0..=1.0).contains(v));
+            assert!(adapted.request.views.iter().all(inside));
+            let after = design(&adapted.request, &mut |_| ()).unwrap().mean_psnr_db();
+            assert!(after > last + 0.5, "{similarity}: {last} dB, then {after} dB");
+            last = after;
+        }
+    }
+
+    #[test]
+    fn a_gaussian_keeps_what_is_even() {
+        let even = Picture::new(9, 7).map(|_| 0.3);
+        assert!(smoothed(&even, 2.0).values().iter().all(|value| (value - 0.3).abs() < 1e-6));
+    }
+}

@@ -12,11 +12,13 @@ use crate::optics::Direction;
 use crate::picture::Picture;
 
 /// Side, in pixels, of the designs on which changes are tried.
-const SIDE_PX: usize = 64;
+const SIDE_PX: usize = 40;
 /// Side, in pixels, of the designs on which the many pairings of pictures and directions are compared.
-const PAIRING_SIDE_PX: usize = 32;
+const PAIRING_SIDE_PX: usize = 24;
 /// Up to this many views every pairing is tried; beyond it, pictures are swapped two by two.
 const MOST_VIEWS_PERMUTED: usize = 4;
+/// The most iterations of a design on which a change is tried.
+const TRIAL_ITERATIONS: usize = 60;
 /// How similar adapted pictures stay when advice tries them.
 const ADAPTED_SIMILARITY: f64 = 0.9;
 /// A change that gains less than this, in dB, is not worth a word.
@@ -102,7 +104,8 @@ pub struct Exposed {
 /// As [`design`].
 pub fn advise(request: &DesignRequest) -> Result<Vec<Advice>, DesignError> {
     request.check()?;
-    let small = reduced(request, SIDE_PX);
+    let mut small = reduced(request, SIDE_PX);
+    small.settings.iterations = small.settings.iterations.min(TRIAL_ITERATIONS);
     let trial = Trial { before: Outcome::of(&small)?, small };
     let mut advice = Vec::new();
     advice.extend(trial.directions(request)?);
@@ -169,7 +172,8 @@ impl Trial {
 
     /// Finds which picture goes best to which direction.
     fn directions(&self, request: &DesignRequest) -> Result<Option<Advice>, DesignError> {
-        let coarse = reduced(request, PAIRING_SIDE_PX);
+        let mut coarse = reduced(request, PAIRING_SIDE_PX);
+        coarse.settings.iterations = self.small.settings.iterations;
         let views = coarse.views.len();
         let quality = |order: &[usize]| Ok::<_, DesignError>(Outcome::of(&placed(&coarse, order))?.mean());
         let unchanged: Vec<usize> = (0..views).collect();

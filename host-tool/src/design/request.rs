@@ -85,6 +85,8 @@ pub struct DesignSettings {
     pub tolerance_db: f64,
     /// The most iterations of the optimiser.
     pub iterations: usize,
+    /// The evenly spaced ink levels that the printer knows, 2 or more; `None` for any ink.
+    pub levels: Option<u16>,
     /// Bits in which the volume is written.
     pub ink_depth: InkDepth,
 }
@@ -99,8 +101,9 @@ impl Default for DesignSettings {
             misplacement_um: 68.0,
             structure: 1.0,
             balance: 0.15,
-            tolerance_db: 0.03,
-            iterations: 60,
+            tolerance_db: 0.05,
+            iterations: 40,
+            levels: None,
             ink_depth: InkDepth::default(),
         }
     }

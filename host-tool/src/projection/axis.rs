@@ -1,5 +1,7 @@
 //! One axis of the map from a film to the picture: where each pixel of the picture samples the film.
 
+use super::Taps;
+
 /// Positions `p(i) = c + scale (i - c) + shift` on a film of `len` pixels with middle c, for every picture
 /// index i, kept as runs in which `floor(p(i)) - i` does not change, so that loops over a run are plain.
 #[derive(Clone, Debug)]
@@ -70,6 +72,16 @@ impl Axis {
     /// Whether every picture index samples the film's pixel of the same index alone.
     pub(super) fn is_identity(&self) -> bool {
         self.identity
+    }
+
+    /// Returns what samples each film pixel, in one piece.
+    pub(super) fn taps(&self) -> Taps {
+        let mut taps = Taps { starts: vec![0], all: Vec::new() };
+        for samplers in &self.samplers {
+            taps.all.extend_from_slice(samplers);
+            taps.starts.push(taps.all.len());
+        }
+        taps
     }
 
     /// Returns the axis that traces the other way: from a film's pixel to where it appears in the picture.

@@ -4,6 +4,7 @@ mod demo;
 mod design;
 mod help;
 mod link;
+mod outlook;
 mod support;
 mod view;
 mod wrong_input;

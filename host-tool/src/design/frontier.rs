@@ -1,0 +1,135 @@
+//! The frontier: what quality costs in brightness and in contrast.
+//!
+//! Less light leaves the ink more room below its bounds, and a pedestal (a share of white light everywhere)
+//! lets the optimiser take light away where pictures disagree. Both are tried on designs in small.
+
+use serde::Serialize;
+
+use super::design;
+use super::request::{DesignError, DesignRequest, Progress, Tone};
+use super::scale::reduced;
+
+/// Side, in pixels, of the designs in small.
+const SIDE_PX: usize = 48;
+/// Brightness that is wanted, as in the design's settings.
+const BRIGHTNESS: [f64; 5] = [0.1, 0.2, 0.4, 0.7, 1.0];
+/// Pedestals that are tried, as parts of white.
+const PEDESTALS: [f32; 3] = [0.0, 0.15, 0.4];
+
+/// One design on the way from dim and true to bright and poor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FrontierPoint {
+    /// The brightness that was wanted.
+    pub brightness: f64,
+    /// The part of white that was added everywhere: patterns become pedestal + (1 - pedestal) pattern.
+    pub pedestal: f32,
+    /// Mean PSNR of the views in dB, against the patterns on their pedestal.
+    pub psnr_db: f64,
+    /// The least view's PSNR in dB.
+    pub least_psnr_db: f64,
+    /// Mean SSIM of the views, against the patterns on their pedestal.
+    pub ssim: f64,
+    /// Mean brightness efficiency of the views.
+    pub efficiency: f64,
+    /// Mean contrast of the views: the 99th percentile of the light over the 1st, at most 1000.
+    pub contrast: f64,
+}
+
+/// Tries brightness and pedestals; the points come pedestal by pedestal, from dim to bright.
+///
+/// # Errors
+/// As [`design`].
+pub fn frontier(
+    request: &DesignRequest,
+    report: &mut dyn FnMut(Progress),
+) -> Result<Vec<FrontierPoint>, DesignError> {
+    request.check()?;
+    let small = reduced(request, SIDE_PX);
+    let total = PEDESTALS.len() * BRIGHTNESS.len();
+    let mut points = Vec::new();
+    for pedestal in PEDESTALS {
+        let lifted = on_pedestal(&small, pedestal);
+        for brightness in BRIGHTNESS {
+            let mut wanted = lifted.clone();
+            wanted.settings.brightness = brightness;
+            let point = point(&wanted, pedestal)?;
+            points.push(point);
+            let quality_db = Some(point.psnr_db);
+            report(Progress { stage: "drawing the frontier", done: points.len(), total, quality_db });
+        }
+    }
+    Ok(points)
+}
+
+fn point(request: &DesignRequest, pedestal: f32) -> Result<FrontierPoint, DesignError> {
+    let design = design(request, &mut |_| ())?;
+    let count = design.views.len() as f64;
+    let mean = |value: fn(&crate::measure::Quality) -> f64| {
+        design.views.iter().map(|view| value(&view.quality)).sum::<f64>() / count
+    };
+    Ok(FrontierPoint {
+        brightness: request.settings.brightness,
+        pedestal,
+        psnr_db: design.mean_psnr_db(),
+        least_psnr_db: design.least_psnr_db(),
+        ssim: design.mean_ssim(),
+        efficiency: mean(|quality| quality.efficiency),
+        contrast: mean(|quality| quality.contrast),
+    })
+}
+
+/// Puts all patterns on a pedestal, in the values in which films add up.
+fn on_pedestal(request: &DesignRequest, pedestal: f32) -> DesignRequest {
+    let mut lifted = request.clone();
+    let lift = |value: f32| pedestal + (1.0 - pedestal) * value;
+    for view in &mut lifted.views {
+        view.pattern = match request.settings.tone {
+            Tone::Code => view.pattern.map(lift),
+            Tone::Linear => view.pattern.decoded().map(lift).encoded(),
+        };
+    }
+    lifted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::{DesignSettings, Method, OpticsModel, ViewRequest};
+    use crate::optics::Direction;
+    use crate::picture::Picture;
+    use crate::projection::ViewerDistance;
+    use crate::stack::Stack;
+
+    #[test]
+    fn a_pedestal_costs_contrast_and_every_point_is_there() {
+        let side = 24;
+        let mut pattern = Picture::new(side, side);
+        for (index, value) in pattern.values_mut().iter_mut().enumerate() {
+            *value = (index % 5) as f32 / 4.0;
+        }
+        let request = DesignRequest {
+            stack: Stack { films: 4, width_px: side, height_px: side, ..Stack::default() },
+            distance: ViewerDistance::Parallel,
+            views: vec![ViewRequest {
+                id: "front".into(),
+                pattern,
+                direction: Direction::default(),
+                weight: 1.0,
+            }],
+            settings: DesignSettings {
+                method: Method::Product,
+                optics: OpticsModel::Ideal,
+                tone: Tone::Code,
+                ..DesignSettings::default()
+            },
+        };
+        let points = frontier(&request, &mut |_| ()).unwrap();
+        assert_eq!(points.len(), PEDESTALS.len() * BRIGHTNESS.len());
+        let contrast =
+            |pedestal: f32| points.iter().find(|point| point.pedestal == pedestal).unwrap().contrast;
+        assert!(contrast(0.0) > 10.0 * contrast(0.15), "{points:?}");
+        // The product of one view is its pattern: 0.15 to 1, then 0.4 to 1.
+        assert!((contrast(0.15) - 1.0 / 0.15).abs() < 0.1, "{points:?}");
+        assert!((contrast(0.4) - 2.5).abs() < 0.05, "{points:?}");
+    }
+}
