@@ -48,6 +48,8 @@ fn encode_film(volume: &Volume, film: usize, depth: InkDepth) -> Result<Vec<u8>,
     let mut encoder = png::Encoder::new(&mut bytes, volume.width() as u32, volume.height() as u32);
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(bits);
+    // Films are nearly noise: a slow search for repetition would find little.
+    encoder.set_compression(png::Compression::Fast);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&samples)?;
     writer.finish()?;
