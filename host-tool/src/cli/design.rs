@@ -49,7 +49,7 @@ impl Design {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let depth = if self.bits == "16" { InkDepth::Sixteen } else { InkDepth::Eight };
         let report =
-            design_exhibit(&self.exhibit, &self.output, depth, &mut Progress::new(output.is_json()))?;
+            design_exhibit(&self.exhibit, &self.output, depth, None, &mut Progress::new(output.is_json()))?;
         output.result(&report, || report.summary());
         output.note(&format!(
             "Written to {}; look at {}",
@@ -60,17 +60,22 @@ impl Design {
     }
 }
 
-/// Designs the exhibit.toml at `path` into the build folder `place`.
+/// Designs the exhibit.toml at `path` into the build folder `place`, with `iterations` of the optimiser at most or
+/// with as many as it wants.
 pub(super) fn design_exhibit(
     path: &Path,
     place: &Path,
     depth: InkDepth,
+    iterations: Option<usize>,
     progress: &mut Progress,
 ) -> Result<build_folder::Report, Report> {
     let exhibit = config::load(path)?;
     build_folder::check_place(place)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let request = exhibit.design_request(folder, depth).map_err(DesignFailure::from)?;
+    let mut request = exhibit.design_request(folder, depth).map_err(DesignFailure::from)?;
+    if let Some(iterations) = iterations {
+        request.settings.iterations = iterations;
+    }
     let fail = |source| DesignFailure::Impossible { path: path.to_owned(), source };
     let adapted = match exhibit.design.adapt {
         true => Some(
