@@ -15,7 +15,10 @@ const MOST_CONTRAST: f64 = 100.0;
 #[derive(Debug, Error, miette::Diagnostic)]
 pub(super) enum FrontierFailure {
     #[error("cannot draw the frontier: {0}")]
-    #[diagnostic(code("vitrine::frontier::draw"))]
+    #[diagnostic(
+        code("vitrine::frontier::draw"),
+        help("this is a fault of vitrine: please report it with the exhibit.toml")
+    )]
     Draw(String),
     #[error("cannot write {path}: {source}")]
     #[diagnostic(
@@ -94,7 +97,7 @@ mod tests {
     fn a_frontier_becomes_a_drawing_and_its_points() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("frontier.svg");
-        let points: Vec<FrontierPoint> = [(0.1, 0.0f32, 20.0), (0.4, 0.0, 18.0), (0.1, 0.4, 24.0)]
+        let points: Vec<FrontierPoint> = [(0.1, 0.0, 20.0), (0.4, 0.0, 18.0), (0.1, 0.4, 24.0)]
             .map(|(brightness, pedestal, psnr_db)| FrontierPoint {
                 brightness,
                 pedestal,

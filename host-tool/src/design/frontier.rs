@@ -14,7 +14,7 @@ const SIDE_PX: usize = 48;
 /// Brightness that is wanted, as in the design's settings.
 const BRIGHTNESS: [f64; 5] = [0.1, 0.2, 0.4, 0.7, 1.0];
 /// Pedestals that are tried, as parts of white.
-const PEDESTALS: [f32; 3] = [0.0, 0.15, 0.4];
+const PEDESTALS: [f64; 3] = [0.0, 0.15, 0.4];
 
 /// One design on the way from dim and true to bright and poor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -22,7 +22,7 @@ pub struct FrontierPoint {
     /// The brightness that was wanted.
     pub brightness: f64,
     /// The part of white that was added everywhere: patterns become pedestal + (1 - pedestal) pattern.
-    pub pedestal: f32,
+    pub pedestal: f64,
     /// Mean PSNR of the views in dB, against the patterns on their pedestal.
     pub psnr_db: f64,
     /// The least view's PSNR in dB.
@@ -61,7 +61,7 @@ pub fn frontier(
     Ok(points)
 }
 
-fn point(request: &DesignRequest, pedestal: f32) -> Result<FrontierPoint, DesignError> {
+fn point(request: &DesignRequest, pedestal: f64) -> Result<FrontierPoint, DesignError> {
     let design = design(request, &mut |_| ())?;
     let count = design.views.len() as f64;
     let mean = |value: fn(&crate::measure::Quality) -> f64| {
@@ -79,8 +79,9 @@ fn point(request: &DesignRequest, pedestal: f32) -> Result<FrontierPoint, Design
 }
 
 /// Puts all patterns on a pedestal, in the values in which films add up.
-fn on_pedestal(request: &DesignRequest, pedestal: f32) -> DesignRequest {
+fn on_pedestal(request: &DesignRequest, pedestal: f64) -> DesignRequest {
     let mut lifted = request.clone();
+    let pedestal = pedestal as f32;
     let lift = |value: f32| pedestal + (1.0 - pedestal) * value;
     for view in &mut lifted.views {
         view.pattern = match request.settings.tone {
@@ -126,7 +127,7 @@ mod tests {
         let points = frontier(&request, &mut |_| ()).unwrap();
         assert_eq!(points.len(), PEDESTALS.len() * BRIGHTNESS.len());
         let contrast =
-            |pedestal: f32| points.iter().find(|point| point.pedestal == pedestal).unwrap().contrast;
+            |pedestal: f64| points.iter().find(|point| point.pedestal == pedestal).unwrap().contrast;
         assert!(contrast(0.0) > 10.0 * contrast(0.15), "{points:?}");
         // The product of one view is its pattern: 0.15 to 1, then 0.4 to 1.
         assert!((contrast(0.15) - 1.0 / 0.15).abs() < 0.1, "{points:?}");
