@@ -66,7 +66,9 @@ fn as_built_a_design_keeps_far_more_than_the_product() {
 
 #[test]
 fn reckoning_with_misplaced_films_pays_when_they_are() {
-    let robust = built(&THREE, Method::LeastSquares);
+    let mut robust = built(&THREE, Method::LeastSquares);
+    // As many pixels of these small films as 68 µm are of a film of 512.
+    robust.settings.misplacement_um = 68.0 * 512.0 / PIXELS as f64;
     let mut careless = robust.clone();
     careless.settings.misplacement_um = 0.0;
     let look = |designed: &DesignRequest| {
@@ -75,7 +77,9 @@ fn reckoning_with_misplaced_films_pays_when_they_are() {
         as_built(&robust, &design.volume, &pairs, 8, SEED)
     };
     let (robust, careless) = (look(&robust), look(&careless));
-    assert!(robust.mean_ssim() > careless.mean_ssim() + 0.01, "{robust:?} {careless:?}");
+    println!("robust {robust:?}\ncareless {careless:?}");
+    assert!(robust.mean_ssim() > careless.mean_ssim() + 0.02);
+    assert!(robust.mean_psnr_db() > careless.mean_psnr_db() + 0.3);
 }
 
 #[test]
