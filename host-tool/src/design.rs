@@ -14,9 +14,10 @@ mod frontier;
 mod halftone;
 mod joint;
 mod least_squares;
+mod memory;
 mod optimise;
+mod pedestal;
 mod product;
-mod reduced;
 mod request;
 mod result;
 mod scale;
@@ -26,13 +27,15 @@ pub use adapt::{Adapted, adapt};
 pub use advice::{Advice, Change, Exposed, Placement, advise};
 pub use as_built::{AsBuilt, SEED, STACKS, ViewAsBuilt, as_built, misplacements};
 pub use compatibility::{Prediction, SharedDetail, ViewPrediction, predict};
-pub use emphasis::{best_pair, neutral_pair};
+pub use emphasis::{LampSums, pair_for_all};
 pub use frontier::{FrontierPoint, frontier};
+pub use memory::predicted_memory_mib;
+pub use pedestal::lifted;
 pub use product::product;
 pub use request::{
     DesignError, DesignRequest, DesignSettings, Method, OpticsModel, Progress, Tone, ViewRequest,
 };
-pub use result::{Design, ViewDesign};
+pub use result::{Design, SharedPair, ViewDesign};
 
 /// Designs the volume and the lamp pairs that the request asks for; `report` is told how far it is.
 ///

@@ -57,6 +57,11 @@ impl LampPair {
         Self { top, bottom }
     }
 
+    /// Returns the pair with both levels times `factor`.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self::new(self.top * factor, self.bottom * factor)
+    }
+
     /// Returns the pair scaled so that its larger level is 1; a dark pair becomes both lamps full.
     pub fn normalised(self) -> Self {
         let larger = self.top.max(self.bottom);

@@ -55,7 +55,7 @@ fn as_built_a_design_keeps_far_more_than_the_product() {
         let request = built(&THREE, method);
         let design = solve(&request);
         let pairs: Vec<_> = design.views.iter().map(|view| view.emphasis).collect();
-        assert!(pairs.iter().all(|pair| pair.top.max(pair.bottom) == 1.0));
+        assert!(pairs.iter().all(|pair| (0.2..=1.0).contains(&pair.top.max(pair.bottom))), "{pairs:?}");
         as_built(&request, &design.volume, &pairs, 4, SEED)
     };
     let (product, solved) = (quality(Method::Product), quality(Method::LeastSquares));

@@ -10,7 +10,7 @@ use crate::config::Exhibit;
 /// What marks a folder as a build.
 pub const FORMAT: &str = "vitrine-build";
 /// The version of the build folder's layout.
-pub const LAYOUT: u32 = 1;
+pub const LAYOUT: u32 = 2;
 
 /// What went into a build and what came out of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,6 +37,7 @@ impl Manifest {
         let mut exhibit = exhibit.clone();
         for view in &mut exhibit.views {
             view.pattern = PathBuf::from(portable_name(&view.pattern));
+            view.mask = view.mask.as_deref().map(|mask| PathBuf::from(portable_name(mask)));
         }
         Self {
             format: FORMAT.to_owned(),

@@ -226,8 +226,9 @@ fn manifest(
     };
     let mut manifest = Manifest::new(exhibit, bits);
     let folder = exhibit_path.parent().unwrap_or(Path::new(""));
+    let pictures = exhibit.views.iter().flat_map(|view| std::iter::once(&view.pattern).chain(&view.mask));
     let mut inputs: Vec<(String, PathBuf)> =
-        exhibit.views.iter().map(|view| (portable_name(&view.pattern), folder.join(&view.pattern))).collect();
+        pictures.map(|picture| (portable_name(picture), folder.join(picture))).collect();
     inputs.push(("exhibit.toml".to_owned(), exhibit_path.to_owned()));
     for (name, path) in inputs {
         let bytes = std::fs::read(&path).map_err(|source| BuildError::Input { path, source })?;

@@ -13,7 +13,6 @@ use vitrine::volume::InkDepth;
 
 use super::design::design_exhibit;
 use super::output::Output;
-use super::progress::Progress;
 
 /// A demo is watched while it runs: it stops a few tenths of a dB short of what `vitrine design` reaches.
 const ITERATIONS: usize = 15;
@@ -61,13 +60,7 @@ impl Demo {
             }
         };
         output.note("Designing the films and the lamp pairs");
-        let report = design_exhibit(
-            &exhibit,
-            &self.output,
-            InkDepth::Eight,
-            Some(ITERATIONS),
-            &mut Progress::new(output.is_json()),
-        )?;
+        let report = design_exhibit(&exhibit, &self.output, InkDepth::Eight, Some(ITERATIONS), output)?;
         output.note(&report.summary());
         output.note("\nA simulated controller takes the plan, and a viewer walks from left to right");
         let build = BuildFolder::open(&self.output)?;

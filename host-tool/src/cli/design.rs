@@ -7,7 +7,7 @@ use miette::{Diagnostic, Report};
 use thiserror::Error;
 use vitrine::build_folder;
 use vitrine::config;
-use vitrine::design::{DesignError, adapt, design};
+use vitrine::design::{DesignError, adapt, design, predicted_memory_mib};
 use vitrine::picture::PictureError;
 use vitrine::volume::InkDepth;
 
@@ -43,13 +43,22 @@ pub(super) enum DesignFailure {
     #[error("cannot design {}: {source}", path.display())]
     #[diagnostic(code("vitrine::design::impossible"))]
     Impossible { path: PathBuf, source: DesignError },
+    #[error(
+        "this design needs about {needed_mib} MiB of memory, and `memory_mib` in [design] allows {allowed_mib}"
+    )]
+    #[diagnostic(
+        code("vitrine::design::memory"),
+        help(
+            "raise `memory_mib` where the computer has more, or design fewer `pixels` or `films` in [stack]"
+        )
+    )]
+    Memory { needed_mib: u64, allowed_mib: u32 },
 }
 
 impl Design {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let depth = if self.bits == "16" { InkDepth::Sixteen } else { InkDepth::Eight };
-        let report =
-            design_exhibit(&self.exhibit, &self.output, depth, None, &mut Progress::new(output.is_json()))?;
+        let report = design_exhibit(&self.exhibit, &self.output, depth, None, output)?;
         output.result(&report, || report.summary());
         output.note(&format!(
             "Written to {}; look at {}",
@@ -67,7 +76,7 @@ pub(super) fn design_exhibit(
     place: &Path,
     depth: InkDepth,
     iterations: Option<usize>,
-    progress: &mut Progress,
+    output: Output,
 ) -> Result<build_folder::Report, Report> {
     let exhibit = config::load(path)?;
     build_folder::check_place(place)?;
@@ -77,6 +86,14 @@ pub(super) fn design_exhibit(
         request.settings.iterations = iterations;
     }
     let fail = |source| DesignFailure::Impossible { path: path.to_owned(), source };
+    let needed_mib = predicted_memory_mib(&request).ceil() as u64;
+    match exhibit.design.memory_mib {
+        Some(allowed_mib) if u64::from(allowed_mib) < needed_mib => {
+            return Err(DesignFailure::Memory { needed_mib, allowed_mib }.into());
+        }
+        _ => output.note(&format!("needs at most about {needed_mib} MiB of memory")),
+    }
+    let progress = &mut Progress::new(output.is_json());
     let adapted = match exhibit.design.adapt {
         true => Some(
             adapt(&request, exhibit.design.adapt_similarity, &mut |step| progress.report(step))

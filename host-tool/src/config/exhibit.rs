@@ -93,6 +93,22 @@ pub struct ViewSettings {
     pub vertical_deg: f64,
     /// How much this view counts against the others.
     pub weight: f64,
+    /// Distance of this view's eye from the middle of the stack; `None` for parallel rays.
+    pub distance_mm: Option<f64>,
+    /// A picture that is bright where errors matter more, relative to exhibit.toml.
+    pub mask: Option<PathBuf>,
+    /// The only lamp under which this view is shown, where two views share a direction.
+    pub lamp: Option<LampSetting>,
+}
+
+/// One of the two lamps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LampSetting {
+    /// The lamp on the viewer's side.
+    Top,
+    /// The lamp behind the stack.
+    Bottom,
 }
 
 /// How the volume is computed.
@@ -108,6 +124,20 @@ pub struct DesignSettings {
     pub brightness: f64,
     /// Expected misplacement of each film along each axis.
     pub misplacement_um: f64,
+    /// What is added to the patterns' black before white is brought back to 1: T becomes (T + p) / (1 + p).
+    pub pedestal: f64,
+    /// The largest ratio between the apparent whites of two views.
+    pub white_ratio: f64,
+    /// How much the optimiser looks at structure beside the squared error; 1 is balanced.
+    pub structure: f64,
+    /// How much more the worse views count, 0..=1.
+    pub balance: f64,
+    /// The most iterations of the optimiser.
+    pub iterations: u32,
+    /// The optimiser stops when ten iterations gain less than this.
+    pub tolerance_db: f64,
+    /// The most memory that a design may use; `None` for as much as there is.
+    pub memory_mib: Option<u32>,
     /// Whether the pictures are adapted to each other before they are designed for.
     pub adapt: bool,
     /// The structural similarity that an adapted picture keeps to the given one, 0..=1.

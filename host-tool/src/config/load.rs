@@ -81,7 +81,8 @@ fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Vec<Problem>) -> 
         let help = format!("the controller's plan holds {MAX_RULES}: a rule may name several days");
         reader.report(Problem::new("vitrine::config::too_many_rules", 0..0, message, "", help));
     }
-    let views = tables::views(entries(&mut reader, "view"), folder, problems);
+    let surroundings = tables::Surroundings { folder, stack: &stack, viewer: &viewer, design: &design };
+    let views = tables::views(entries(&mut reader, "view"), surroundings, problems);
     if views.is_empty() && !root.contains_key("view") {
         reader.report(Problem::new(
             "vitrine::config::no_view",

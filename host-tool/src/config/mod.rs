@@ -14,8 +14,9 @@ mod tables;
 mod zone;
 
 pub use exhibit::{
-    CalendarSettings, DesignSettings, Exhibit, FrameSetting, LampSettings, LimitSettings, MethodSetting,
-    OpticsSetting, PrintSettings, ScheduleRule, StackSettings, ToneSetting, ViewSettings, ViewerSettings,
+    CalendarSettings, DesignSettings, Exhibit, FrameSetting, LampSetting, LampSettings, LimitSettings,
+    MethodSetting, OpticsSetting, PrintSettings, ScheduleRule, StackSettings, ToneSetting, ViewSettings,
+    ViewerSettings,
 };
 pub use load::{load, parse};
 pub use plan::emphasis;

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use super::exhibit::{Exhibit, FrameSetting, MethodSetting, OpticsSetting, ToneSetting};
-use crate::design::{DesignRequest, DesignSettings, Method, OpticsModel, Tone, ViewRequest};
+use vitrine_exhibit::units::Lamp;
+
+use super::exhibit::{Exhibit, FrameSetting, LampSetting, MethodSetting, OpticsSetting, ToneSetting};
+use crate::design::{DesignRequest, DesignSettings, Method, OpticsModel, Tone, ViewRequest, lifted};
 use crate::optics::Direction;
 use crate::picture::{Picture, PictureError};
 use crate::projection::ViewerDistance;
@@ -31,7 +33,7 @@ impl Exhibit {
 
     /// The viewer's distance, in the engine's terms.
     pub fn viewer_distance(&self) -> ViewerDistance {
-        self.viewer.distance_mm.map_or(ViewerDistance::Parallel, ViewerDistance::Millimetres)
+        distance(self.viewer.distance_mm)
     }
 
     /// In which values light adds up, in the engine's terms.
@@ -52,16 +54,23 @@ impl Exhibit {
             .views
             .iter()
             .map(|view| {
-                let path = folder.join(&view.pattern);
                 let direction = Direction::new(view.horizontal_deg, view.vertical_deg);
+                let read = |path: &Path| {
+                    let picture = Picture::read_fitted(&folder.join(path), stack.width_px, stack.height_px)?;
+                    Ok::<_, PictureError>(self.on_the_film(picture, direction))
+                };
+                let mask = view.mask.as_deref().map(read).transpose()?;
                 Ok(ViewRequest {
                     id: view.id.clone(),
-                    pattern: self.on_the_film(
-                        Picture::read_fitted(&path, stack.width_px, stack.height_px)?,
-                        direction,
-                    ),
+                    pattern: lifted(&read(&view.pattern)?, self.design.pedestal, self.tone()),
                     direction,
                     weight: view.weight,
+                    distance: Some(distance(view.distance_mm)),
+                    mask: mask.map(|mask| grey(&mask)),
+                    lamp: view.lamp.map(|lamp| match lamp {
+                        LampSetting::Top => Lamp::Top,
+                        LampSetting::Bottom => Lamp::Bottom,
+                    }),
                 })
             })
             .collect::<Result<_, PictureError>>()?;
@@ -109,11 +118,25 @@ impl Exhibit {
             tone: self.tone(),
             brightness: self.design.brightness,
             misplacement_um: self.design.misplacement_um,
+            white_ratio: self.design.white_ratio,
+            structure: self.design.structure,
+            balance: self.design.balance,
+            tolerance_db: self.design.tolerance_db,
+            iterations: self.design.iterations as usize,
             levels: self.print.levels,
             ink_depth,
-            ..DesignSettings::default()
         }
     }
+}
+
+fn distance(millimetres: Option<f64>) -> ViewerDistance {
+    millimetres.map_or(ViewerDistance::Parallel, ViewerDistance::Millimetres)
+}
+
+/// The mean of a picture's channels.
+fn grey(picture: &Picture) -> Vec<f32> {
+    let [red, green, blue] = [0, 1, 2].map(|channel| picture.channel(channel));
+    red.iter().zip(green).zip(blue).map(|((r, g), b)| (r + g + b) / 3.0).collect()
 }
 
 /// By how much the film looks narrower and lower from `direction`.

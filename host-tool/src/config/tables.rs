@@ -10,8 +10,8 @@ use vitrine_exhibit::plan::{MAX_CURVE, MAX_VIEWS};
 use vitrine_exhibit::units::{Dose, Irradiance, Milliseconds};
 
 use super::exhibit::{
-    DesignSettings, FrameSetting, LampSettings, LimitSettings, MethodSetting, OpticsSetting, PrintSettings,
-    StackSettings, ToneSetting, ViewSettings, ViewerSettings,
+    DesignSettings, FrameSetting, LampSetting, LampSettings, LimitSettings, MethodSetting, OpticsSetting,
+    PrintSettings, StackSettings, ToneSetting, ViewSettings, ViewerSettings,
 };
 use super::problem::Problem;
 use super::reader::{Bounds, TableReader, as_number, as_whole};
@@ -101,15 +101,12 @@ fn pixels(reader: &mut TableReader<'_>) -> [u32; 2] {
     checked
 }
 
-/// `[viewer]`. The eye has to be in front of the `stack`.
-pub(super) fn viewer(
-    mut reader: TableReader<'_>,
-    stack: &StackSettings,
-    problems: &mut Vec<Problem>,
-) -> ViewerSettings {
+/// `distance_mm = "parallel"` or a number, `left_out` where the key is. The eye has to be in front of the `stack`.
+fn distance(reader: &mut TableReader<'_>, stack: &StackSettings, left_out: Option<f64>) -> Option<f64> {
     let nearest = f64::from(stack.films) * stack.film_pitch_mm();
     let range = bounds(nearest.max(10.0), 100_000.0, "the eye has to be well in front of the films");
-    let distance_mm = reader.raw("distance_mm").and_then(|value| match value.get_ref() {
+    let Some(value) = reader.raw("distance_mm") else { return left_out };
+    match value.get_ref() {
         DeValue::String(text) if text.as_ref() == "parallel" => None,
         other => match as_number(other) {
             Some(number) => {
@@ -120,7 +117,16 @@ pub(super) fn viewer(
                 None
             }
         },
-    });
+    }
+}
+
+/// `[viewer]`.
+pub(super) fn viewer(
+    mut reader: TableReader<'_>,
+    stack: &StackSettings,
+    problems: &mut Vec<Problem>,
+) -> ViewerSettings {
+    let distance_mm = distance(&mut reader, stack, None);
     let frame = reader.choice("frame", &[("film", FrameSetting::Film), ("viewer", FrameSetting::Viewer)]);
     reader.finish(problems);
     ViewerSettings { distance_mm, frame: frame.unwrap_or(FrameSetting::Film) }
@@ -135,6 +141,7 @@ pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -
     let optics = reader.choice("optics", &[("stack", OpticsSetting::Stack), ("ideal", OpticsSetting::Ideal)]);
     let tone = reader.choice("tone", &[("linear", ToneSetting::Linear), ("code", ToneSetting::Code)]);
     let optics = optics.unwrap_or(OpticsSetting::Stack);
+    let defaults = crate::design::DesignSettings::default();
     let misplacement = if optics == OpticsSetting::Ideal { 0.0 } else { 68.0 };
     let settings = DesignSettings {
         method: method.unwrap_or(MethodSetting::LeastSquares),
@@ -146,6 +153,33 @@ pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -
             misplacement,
             bounds(0.0, 5000.0, "films laid by hand on pins are about 68 um off"),
         ),
+        pedestal: reader.number("pedestal", 0.0, bounds(0.0, 10.0, "more is truer and has less contrast")),
+        white_ratio: reader.number(
+            "white_ratio",
+            defaults.white_ratio,
+            bounds(1.0, 1000.0, "1 makes all views equally bright, by dimming the brighter ones"),
+        ),
+        structure: reader.number(
+            "structure",
+            defaults.structure,
+            bounds(0.0, 100.0, "0 looks at the squared error alone"),
+        ),
+        balance: reader.number(
+            "balance",
+            defaults.balance,
+            bounds(0.0, 1.0, "0 is the least error in all views, 1 much the same in each"),
+        ),
+        iterations: reader.whole(
+            "iterations",
+            defaults.iterations as u32,
+            bounds(1.0, 100_000.0, "the optimiser stops by itself when nothing is gained any more"),
+        ),
+        tolerance_db: reader.number(
+            "tolerance_db",
+            defaults.tolerance_db,
+            bounds(1e-6, 10.0, "less takes longer"),
+        ),
+        memory_mib: memory_mib(&mut reader),
         adapt: reader.truth("adapt", false),
         adapt_similarity: reader.number(
             "adapt_similarity",
@@ -157,14 +191,30 @@ pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -
     settings
 }
 
-/// All `[[view]]` tables; pictures are looked for in `folder`.
+/// `memory_mib = 4096`, or left out for as much as there is.
+fn memory_mib(reader: &mut TableReader<'_>) -> Option<u32> {
+    let range = bounds(16.0, 16_777_216.0, "leave it out for as much as there is");
+    reader.raw("memory_mib")?;
+    Some(reader.whole("memory_mib", 0, range))
+}
+
+/// What views stand in: pictures are looked for in `folder`, and the tables hold for all views.
+#[derive(Clone, Copy)]
+pub(super) struct Surroundings<'a> {
+    pub(super) folder: &'a Path,
+    pub(super) stack: &'a StackSettings,
+    pub(super) viewer: &'a ViewerSettings,
+    pub(super) design: &'a DesignSettings,
+}
+
+/// All `[[view]]` tables.
 pub(super) fn views(
     entries: Vec<(Range<usize>, &DeTable<'_>)>,
-    folder: &Path,
+    surroundings: Surroundings<'_>,
     problems: &mut Vec<Problem>,
 ) -> Vec<ViewSettings> {
     let mut seen = HashMap::new();
-    let mut views = Vec::new();
+    let mut views: Vec<ViewSettings> = Vec::new();
     for (index, (span, table)) in entries.into_iter().enumerate() {
         if index == MAX_VIEWS {
             let message = format!("there are more than {index} views");
@@ -177,25 +227,73 @@ pub(super) fn views(
                 help,
             ));
         }
-        let reader = TableReader::new("[[view]]", Some(table), span);
-        views.extend(view(reader, folder, &mut seen, problems));
+        let reader = TableReader::new("[[view]]", Some(table), span.clone());
+        let Some(view) = view(reader, surroundings, &mut seen, problems) else { continue };
+        if let Some(other) = views.iter().find(|other| cannot_be_pages(other, &view)) {
+            problems.push(Problem::new(
+                "vitrine::config::same_direction",
+                span,
+                format!("the views `{}` and `{}` have the same direction", other.id, view.id),
+                "this view",
+                "give one of the two `lamp = \"top\"` and the other `lamp = \"bottom\"`: the controller then turns \
+                 them like pages; a third view needs a direction of its own",
+            ));
+        }
+        views.push(view);
     }
     views
 }
 
+/// Two views in one direction are told apart by their lamps alone.
+fn cannot_be_pages(one: &ViewSettings, other: &ViewSettings) -> bool {
+    // The plan keeps hundredths of a degree.
+    let direction = |view: &ViewSettings| {
+        [view.horizontal_deg, view.vertical_deg].map(|degrees| (degrees * 100.0).round() as i32)
+    };
+    let apart = one.lamp.is_some() && other.lamp.is_some() && one.lamp != other.lamp;
+    direction(one) == direction(other) && !apart
+}
+
 fn view(
     mut reader: TableReader<'_>,
-    folder: &Path,
+    surroundings: Surroundings<'_>,
     seen: &mut HashMap<String, Range<usize>>,
     problems: &mut Vec<Problem>,
 ) -> Option<ViewSettings> {
     let id = view_id(&mut reader, seen);
-    let pattern = view_pattern(&mut reader, folder);
+    let pattern = view_picture(&mut reader, "pattern", surroundings.folder);
+    if pattern.is_none() {
+        report_missing(&mut reader, "pattern", "pattern = \"photo.jpg\"");
+    }
     let horizontal_deg = reader.number("horizontal_deg", 0.0, ANGLE);
     let vertical_deg = reader.number("vertical_deg", 0.0, ANGLE);
     let weight = reader.number("weight", 1.0, bounds(0.01, 100.0, "1 is the weight of an ordinary view"));
+    let distance_mm = distance(&mut reader, surroundings.stack, surroundings.viewer.distance_mm);
+    let mask = view_picture(&mut reader, "mask", surroundings.folder);
+    let lamp = view_lamp(&mut reader, surroundings.design.optics);
     reader.finish(problems);
-    Some(ViewSettings { id: id?, pattern: pattern?, horizontal_deg, vertical_deg, weight })
+    Some(ViewSettings {
+        id: id?,
+        pattern: pattern?,
+        horizontal_deg,
+        vertical_deg,
+        weight,
+        distance_mm,
+        mask,
+        lamp,
+    })
+}
+
+/// `lamp = "top"` or `"bottom"`; left out, the view has the pair that shows it best.
+fn view_lamp(reader: &mut TableReader<'_>, optics: OpticsSetting) -> Option<LampSetting> {
+    let span = reader.raw("lamp")?.span();
+    let lamp = reader.choice("lamp", &[("top", LampSetting::Top), ("bottom", LampSetting::Bottom)]);
+    if optics == OpticsSetting::Ideal {
+        let message = "`lamp` in [[view]] does nothing where `optics` in [design] is \"ideal\"".to_owned();
+        let help = "leave it out, or set optics = \"stack\": only films that absorb tell the lamps apart";
+        reader.report_value(span, message, help);
+    }
+    lamp
 }
 
 /// An id becomes a file name, so it is held to characters that every system takes.
@@ -232,11 +330,9 @@ fn view_id(reader: &mut TableReader<'_>, seen: &mut HashMap<String, Range<usize>
     Some(id.to_owned())
 }
 
-fn view_pattern(reader: &mut TableReader<'_>, folder: &Path) -> Option<PathBuf> {
-    let Some(text) = reader.text("pattern") else {
-        report_missing(reader, "pattern", "pattern = \"photo.jpg\"");
-        return None;
-    };
+/// The path of a picture that can be read, relative to `folder`, if the key is there.
+fn view_picture(reader: &mut TableReader<'_>, key: &'static str, folder: &Path) -> Option<PathBuf> {
+    let text = reader.text(key)?;
     let path = PathBuf::from(text.value);
     let found = folder.join(&path);
     if let Err(error) = Picture::read(&found) {

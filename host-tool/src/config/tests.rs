@@ -111,6 +111,15 @@ fn wrong_values_are_shown_where_they_stand() {
         ("[viewer]\ndistance_mm = 2", "vitrine::config::bad_value", "2"),
         ("[design]\nmethod = \"least_squares\"", "vitrine::config::bad_value", "\"least_squares\""),
         ("[design]\nbrightness = 0.0", "vitrine::config::bad_value", "0.0"),
+        ("[design]\npedestal = -0.1", "vitrine::config::bad_value", "-0.1"),
+        ("[design]\nwhite_ratio = 0.5", "vitrine::config::bad_value", "0.5"),
+        ("[design]\nstructure = 101", "vitrine::config::bad_value", "101"),
+        ("[design]\nbalance = 1.5", "vitrine::config::bad_value", "1.5"),
+        ("[design]\niterations = 0", "vitrine::config::bad_value", "0"),
+        ("[design]\niterations = 2.5", "vitrine::config::wrong_type", "2.5"),
+        ("[design]\ntolerance_db = 0", "vitrine::config::bad_value", "0"),
+        ("[design]\nmemory_mib = 1", "vitrine::config::bad_value", "1"),
+        ("[design]\nmemory_mib = \"much\"", "vitrine::config::wrong_type", "\"much\""),
         ("[calendar]\ntime_zone = \"Europe/Berlim\"", "vitrine::config::bad_value", "\"Europe/Berlim\""),
         ("[calendar]\nclosed = [\"2026-02-30\"]", "vitrine::config::bad_value", "\"2026-02-30\""),
         ("[[schedule]]\ndays = \"someday\"", "vitrine::config::bad_value", "\"someday\""),
@@ -156,6 +165,16 @@ fn views_are_checked() {
     assert_eq!((found[0].0, found[0].1.as_str()), ("vitrine::config::bad_value", "95"));
     let found = view("id = \"a\"\npattern = \"photos/none.jpg\"");
     assert_eq!((found[0].0, found[0].1.as_str()), ("vitrine::config::bad_picture", "\"photos/none.jpg\""));
+    for (line, code, covered) in [
+        ("distance_mm = 3", "vitrine::config::bad_value", "3"),
+        ("distance_mm = \"far\"", "vitrine::config::wrong_type", "\"far\""),
+        ("mask = \"photos/none.png\"", "vitrine::config::bad_picture", "\"photos/none.png\""),
+        ("mask = 1", "vitrine::config::wrong_type", "1"),
+        ("lamp = \"side\"", "vitrine::config::bad_value", "\"side\""),
+    ] {
+        let found = view(&format!("id = \"a\"\n{picture}\n{line}"));
+        assert_eq!((found[0].0, found[0].1.as_str()), (code, covered), "{found:?}");
+    }
     for id in ["", "a b", "../up", "a/b", "-rf", "ümlaut", "a_very_long_name_of_25_chr"] {
         assert_eq!(view(&format!("id = \"{id}\"\n{picture}"))[0].0, "vitrine::config::bad_id", "{id}");
     }
@@ -163,8 +182,39 @@ fn views_are_checked() {
     assert_eq!((found[0].0, found[0].1.as_str()), ("vitrine::config::duplicate_id", "\"Front\""));
     assert_eq!(view(picture)[0].0, "vitrine::config::missing_key");
     assert_eq!(problems("")[0].0, "vitrine::config::no_view");
-    let many: String = (0..17).map(|index| VIEW.replace("front", &format!("v{index}"))).collect();
+    let many: String = (0..17)
+        .map(|index| format!("{}horizontal_deg = {index}\n", VIEW.replace("front", &format!("v{index}"))))
+        .collect();
     assert_eq!(problems(&many)[0].0, "vitrine::config::too_many_views");
+}
+
+#[test]
+fn two_views_in_one_direction_need_a_lamp_each() {
+    let text = |lamps: [&str; 3]| {
+        let views = lamps.iter().enumerate().filter(|(_, lamp)| **lamp != "none");
+        let views = views.map(|(index, lamp)| {
+            let lamp = if lamp.is_empty() { String::new() } else { format!("lamp = \"{lamp}\"\n") };
+            format!("{}{lamp}", VIEW.replace("front", &format!("v{index}")))
+        });
+        views.collect::<String>()
+    };
+    let pages = read(&text(["top", "bottom", "none"])).unwrap();
+    assert_eq!(pages.views[1].lamp, Some(LampSetting::Bottom));
+    for lamps in [["", "", "none"], ["top", "", "none"], ["top", "top", "none"], ["top", "bottom", "top"]] {
+        let found = problems(&text(lamps));
+        assert_eq!(found[0].0, "vitrine::config::same_direction", "{lamps:?}");
+        assert!(found[0].2.contains("lamp = \"top\""), "{found:?}");
+    }
+    let ideal = problems(&format!("[design]\noptics = \"ideal\"\n{}", text(["top", "none", "none"])));
+    assert_eq!((ideal[0].0, ideal[0].1.as_str()), ("vitrine::config::bad_value", "\"top\""));
+}
+
+#[test]
+fn a_view_has_the_viewers_distance_unless_it_has_its_own() {
+    let exhibit = |own: &str| read(&format!("[viewer]\ndistance_mm = 600\n{VIEW}{own}\n")).unwrap();
+    assert_eq!(exhibit("").views[0].distance_mm, Some(600.0));
+    assert_eq!(exhibit("distance_mm = 900").views[0].distance_mm, Some(900.0));
+    assert_eq!(exhibit("distance_mm = \"parallel\"").views[0].distance_mm, None);
 }
 
 #[test]

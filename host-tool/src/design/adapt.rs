@@ -210,7 +210,7 @@ mod tests {
                 let (x, y) = ((index % side) as f32 / 47.0, (index / side % side) as f32);
                 *value = 0.5 + sign * 0.25 * (2.0 * x - 1.0) + 0.2 * (0.9 * y * (1.5 + sign * 0.4)).sin();
             }
-            ViewRequest { id: id.into(), pattern, direction: Direction::new(degrees, 0.0), weight: 1.0 }
+            ViewRequest::new(id, pattern, Direction::new(degrees, 0.0))
         });
         DesignRequest {
             stack: Stack { films: 6, width_px: side, height_px: side, ..Stack::default() },

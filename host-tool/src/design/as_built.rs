@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::request::DesignRequest;
 use crate::measure::{fit, psnr_db, structural_similarity};
 use crate::optics::{LampPair, film_weights};
-use crate::projection::{Rays, project_along};
+use crate::projection::project_along;
 use crate::volume::Volume;
 
 /// Random stacks that are looked at.
@@ -69,10 +69,10 @@ pub fn as_built(
         .into_par_iter()
         .map(|stack| {
             let shifts = misplacements(request.stack.films, sigma_mm, seed.wrapping_add(stack as u64));
-            let views = request.views.iter().zip(pairs);
+            let views = request.views.iter().zip(pairs).enumerate();
             views
-                .map(|(view, &pair)| {
-                    let rays = Rays::misplaced(&request.stack, view.direction, request.distance, &shifts);
+                .map(|(index, (view, &pair))| {
+                    let rays = request.misplaced_rays(index, &shifts);
                     let weights = film_weights(&request.stack, view.direction, pair);
                     let shown = project_along(volume, &rays, &weights);
                     let fitted = fit(&shown, &view.pattern, request.settings.tone);

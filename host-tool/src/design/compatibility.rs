@@ -291,12 +291,8 @@ mod tests {
     }
 
     fn request(one: Picture, other: Picture) -> DesignRequest {
-        let views = [("one", one, 30.0), ("other", other, -30.0)].map(|(id, pattern, degrees)| ViewRequest {
-            id: id.into(),
-            pattern,
-            direction: Direction::new(degrees, 0.0),
-            weight: 1.0,
-        });
+        let views = [("one", one, 30.0), ("other", other, -30.0)]
+            .map(|(id, pattern, degrees)| ViewRequest::new(id, pattern, Direction::new(degrees, 0.0)));
         DesignRequest {
             stack: Stack { films: 12, width_px: 64, height_px: 64, ..Stack::default() },
             distance: ViewerDistance::Parallel,

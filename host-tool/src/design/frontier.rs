@@ -6,22 +6,23 @@
 use serde::Serialize;
 
 use super::design;
-use super::request::{DesignError, DesignRequest, Progress, Tone};
+use super::pedestal::lifted;
+use super::request::{DesignError, DesignRequest, Progress};
 use super::scale::reduced;
 
 /// Side, in pixels, of the designs in small.
 const SIDE_PX: usize = 48;
 /// Brightness that is wanted, as in the design's settings.
 const BRIGHTNESS: [f64; 5] = [0.1, 0.2, 0.4, 0.7, 1.0];
-/// Pedestals that are tried, as parts of white.
-const PEDESTALS: [f64; 3] = [0.0, 0.15, 0.4];
+/// Pedestals that are tried, as in the design's settings.
+const PEDESTALS: [f64; 3] = [0.0, 0.2, 0.6];
 
 /// One design on the way from dim and true to bright and poor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FrontierPoint {
     /// The brightness that was wanted.
     pub brightness: f64,
-    /// The part of white that was added everywhere: patterns become pedestal + (1 - pedestal) pattern.
+    /// What was added to the patterns' black: see [`lifted`].
     pub pedestal: f64,
     /// Mean PSNR of the views in dB, against the patterns on their pedestal.
     pub psnr_db: f64,
@@ -48,9 +49,12 @@ pub fn frontier(
     let total = PEDESTALS.len() * BRIGHTNESS.len();
     let mut points = Vec::new();
     for pedestal in PEDESTALS {
-        let lifted = on_pedestal(&small, pedestal);
+        let mut lifted_request = small.clone();
+        for view in &mut lifted_request.views {
+            view.pattern = lifted(&view.pattern, pedestal, request.settings.tone);
+        }
         for brightness in BRIGHTNESS {
-            let mut wanted = lifted.clone();
+            let mut wanted = lifted_request.clone();
             wanted.settings.brightness = brightness;
             let point = point(&wanted, pedestal)?;
             points.push(point);
@@ -78,24 +82,10 @@ fn point(request: &DesignRequest, pedestal: f64) -> Result<FrontierPoint, Design
     })
 }
 
-/// Puts all patterns on a pedestal, in the values in which films add up.
-fn on_pedestal(request: &DesignRequest, pedestal: f64) -> DesignRequest {
-    let mut lifted = request.clone();
-    let pedestal = pedestal as f32;
-    let lift = |value: f32| pedestal + (1.0 - pedestal) * value;
-    for view in &mut lifted.views {
-        view.pattern = match request.settings.tone {
-            Tone::Code => view.pattern.map(lift),
-            Tone::Linear => view.pattern.decoded().map(lift).encoded(),
-        };
-    }
-    lifted
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::{DesignSettings, Method, OpticsModel, ViewRequest};
+    use crate::design::{DesignSettings, Method, OpticsModel, Tone, ViewRequest};
     use crate::optics::Direction;
     use crate::picture::Picture;
     use crate::projection::ViewerDistance;
@@ -111,12 +101,7 @@ mod tests {
         let request = DesignRequest {
             stack: Stack { films: 4, width_px: side, height_px: side, ..Stack::default() },
             distance: ViewerDistance::Parallel,
-            views: vec![ViewRequest {
-                id: "front".into(),
-                pattern,
-                direction: Direction::default(),
-                weight: 1.0,
-            }],
+            views: vec![ViewRequest::new("front", pattern, Direction::default())],
             settings: DesignSettings {
                 method: Method::Product,
                 optics: OpticsModel::Ideal,
@@ -128,9 +113,9 @@ mod tests {
         assert_eq!(points.len(), PEDESTALS.len() * BRIGHTNESS.len());
         let contrast =
             |pedestal: f64| points.iter().find(|point| point.pedestal == pedestal).unwrap().contrast;
-        assert!(contrast(0.0) > 10.0 * contrast(0.15), "{points:?}");
-        // The product of one view is its pattern: 0.15 to 1, then 0.4 to 1.
-        assert!((contrast(0.15) - 1.0 / 0.15).abs() < 0.1, "{points:?}");
-        assert!((contrast(0.4) - 2.5).abs() < 0.05, "{points:?}");
+        assert!(contrast(0.0) > 10.0 * contrast(0.2), "{points:?}");
+        // The product of one view is its pattern: 0.2 to 1.2, then 0.6 to 1.6.
+        assert!((contrast(0.2) - 6.0).abs() < 0.1, "{points:?}");
+        assert!((contrast(0.6) - 1.6 / 0.6).abs() < 0.05, "{points:?}");
     }
 }

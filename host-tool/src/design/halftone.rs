@@ -16,17 +16,16 @@
 
 use rayon::prelude::*;
 
-use super::request::{DesignRequest, OpticsModel, Progress, Tone};
+use super::emphasis::importance;
+use super::request::{DesignRequest, OpticsModel, Progress};
 use super::result::Design;
 use crate::optics::{film_weights, ideal_weights};
-use crate::picture::{Picture, srgb_encode};
-use crate::projection::{FilmTaps, Rays};
+use crate::picture::Picture;
+use crate::projection::FilmTaps;
 use crate::volume::Volume;
 
 /// Sweeps over all films in which voxels choose again.
 const LAST_SWEEPS: usize = 3;
-/// Halftoning errs by about this much light; the sRGB curve is judged by its chord over that distance.
-const CHORD: f32 = 0.02;
 
 /// Brings every voxel of `volume` to one of `levels` evenly spaced values from 0 to 1, so that the views of
 /// `request` change least.
@@ -65,33 +64,29 @@ fn seen(request: &DesignRequest, volume: &Volume) -> Vec<SeenView> {
         .iter()
         .zip(&design.views)
         .zip(&targets)
-        .map(|((view, designed), target)| {
+        .enumerate()
+        .map(|(index, ((view, designed), target))| {
             let weights = match request.settings.optics {
                 OpticsModel::Ideal => ideal_weights(stack),
                 OpticsModel::Stack => film_weights(stack, view.direction, designed.emphasis),
             };
             let gain = designed.quality.gain;
-            let rays = Rays::new(stack, view.direction, request.distance);
+            let rays = request.rays(index);
             let film_weights: Vec<f64> = weights.iter().map(|weight| weight * gain).collect();
-            let weight = view.weight as f32;
+            let mut importance =
+                target.map(|wanted| view.weight as f32 * importance(request.settings.tone, wanted));
+            if let Some(weights) = view.pixel_weights() {
+                for (value, weight) in importance.values_mut().iter_mut().zip(weights.iter().cycle()) {
+                    *value *= weight;
+                }
+            }
             SeenView {
                 taps: (0..stack.films).map(|film| rays.taps(film)).collect(),
                 film_weights: film_weights.iter().map(|&weight| weight as f32).collect(),
-                importance: target.map(|wanted| weight * importance(request.settings.tone, wanted)),
+                importance,
             }
         })
         .collect()
-}
-
-/// How much a squared error of light counts where `wanted` is to be seen: the square of the encoding's chord.
-fn importance(tone: Tone, wanted: f32) -> f32 {
-    match tone {
-        Tone::Code => 1.0,
-        Tone::Linear => {
-            let (low, high) = ((wanted - CHORD / 2.0).max(0.0), (wanted + CHORD / 2.0).clamp(CHORD, 1.0));
-            ((srgb_encode(high) - srgb_encode(low)) / (high - low).max(CHORD / 2.0)).powi(2)
-        }
-    }
 }
 
 /// One colour: its films, and what each view shows amiss.
@@ -228,7 +223,7 @@ fn outside_in(films: usize) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::{DesignSettings, ViewRequest};
+    use crate::design::{DesignSettings, Tone, ViewRequest};
     use crate::measure::mean_square_error;
     use crate::optics::Direction;
     use crate::projection::ViewerDistance;
@@ -244,13 +239,9 @@ mod tests {
             }
             picture
         };
-        let views =
-            [("left", -25.0), ("right", 25.0)].iter().enumerate().map(|(index, (id, degrees))| ViewRequest {
-                id: (*id).into(),
-                pattern: pattern(index as f32 * 2.0),
-                direction: Direction::new(*degrees, 5.0),
-                weight: 1.0,
-            });
+        let views = [("left", -25.0), ("right", 25.0)].iter().enumerate().map(|(index, (id, degrees))| {
+            ViewRequest::new(*id, pattern(index as f32 * 2.0), Direction::new(*degrees, 5.0))
+        });
         DesignRequest {
             stack: Stack { films: 8, width_px: side, height_px: side, width_mm: 10.0, ..Stack::default() },
             distance: ViewerDistance::Parallel,

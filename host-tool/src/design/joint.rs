@@ -7,11 +7,11 @@
 
 use rayon::prelude::*;
 
-use super::emphasis::best_pair;
+use super::emphasis::LampSums;
 use super::least_squares::Effort;
 use super::optimise::{Lighting, design_weights, improve, set_up};
-use super::reduced::{enlarged, reduced};
-use super::request::{DesignRequest, OpticsModel, Progress};
+use super::request::{DesignRequest, OpticsModel, Progress, ViewRequest};
+use super::scale::{enlarged_volume, reduced};
 use crate::measure::{fit, psnr_db};
 use crate::optics::{LampPair, film_weights};
 use crate::picture::Picture;
@@ -43,7 +43,8 @@ pub(super) fn solve(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -
     let mut pixels = SETTLE_PIXELS;
     while pixels < longer {
         let stage = Stage::new(reduced(request, pixels));
-        state.volume = enlarged(&state.volume, stage.request.stack.width_px, stage.request.stack.height_px);
+        state.volume =
+            enlarged_volume(&state.volume, stage.request.stack.width_px, stage.request.stack.height_px);
         stage.alternate(&mut state, SETTLE_ROUNDS, SETTLE_ITERATIONS);
         report(Progress {
             stage: "settling lamps on small films",
@@ -54,7 +55,7 @@ pub(super) fn solve(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -
         pixels *= 2;
     }
     let State { volume, lighting, .. } = state;
-    let mut volume = enlarged(&volume, request.stack.width_px, request.stack.height_px);
+    let mut volume = enlarged_volume(&volume, request.stack.width_px, request.stack.height_px);
     let settings = &request.settings;
     // A gain of x dB lowers the loss by the part 1 - 10^(-x / 10).
     let tolerance = 1.0 - 10f64.powf(-settings.tolerance_db / 10.0);
@@ -69,15 +70,21 @@ fn starts(request: &DesignRequest) -> Vec<Lighting> {
     if request.settings.optics == OpticsModel::Ideal {
         return vec![Lighting::even(views, LampPair::FULL)];
     }
-    let mut starts = vec![Lighting::even(views, LampPair::FULL)];
-    let all = 1usize << views.min(16);
+    let held: Vec<Option<LampPair>> = request.views.iter().map(ViewRequest::held_pair).collect();
+    let lit = |pair: &dyn Fn(usize) -> LampPair| {
+        let pairs = held.iter().enumerate().map(|(view, held)| held.unwrap_or_else(|| pair(view)));
+        Lighting { pairs: pairs.collect(), ..Lighting::even(views, LampPair::FULL) }
+    };
+    let free: Vec<usize> = (0..views).filter(|&view| held[view].is_none()).collect();
+    let mut starts = vec![lit(&|_| LampPair::FULL)];
+    if free.is_empty() {
+        return starts;
+    }
+    let all = 1usize << free.len().min(16);
     let stride = (all / MOST_STARTS).max(1);
     for choice in (0..all).step_by(stride) {
-        let lamp = |view: usize| if choice >> view & 1 == 0 { LampPair::TOP } else { LampPair::BOTTOM };
-        starts.push(Lighting {
-            pairs: (0..views).map(lamp).collect(),
-            ..Lighting::even(views, LampPair::FULL)
-        });
+        let bit = |view: usize| free.iter().position(|&other| other == view).unwrap_or(0);
+        starts.push(lit(&|view| if choice >> bit(view) & 1 == 0 { LampPair::TOP } else { LampPair::BOTTOM }));
     }
     starts
 }
@@ -100,11 +107,7 @@ struct State {
 impl Stage {
     fn new(request: DesignRequest) -> Self {
         let targets = request.targets();
-        let rays = request
-            .views
-            .iter()
-            .map(|view| Rays::new(&request.stack, view.direction, request.distance))
-            .collect();
+        let rays = (0..request.views.len()).map(|view| request.rays(view)).collect();
         Self { request, targets, rays }
     }
 
@@ -159,7 +162,8 @@ impl Stage {
                     )
                 };
                 let (top, bottom) = (under(LampPair::TOP), under(LampPair::BOTTOM));
-                state.lighting.pairs[index] = best_pair(top.values(), bottom.values(), target.values());
+                let sums = LampSums::of(top.values(), bottom.values(), target.values(), settings.tone);
+                state.lighting.pairs[index] = view.held_pair().unwrap_or_else(|| sums.best_pair());
             }
             let weights = design_weights(&self.request, index, state.lighting.pairs[index]);
             let shown = project_along(&state.volume, rays, &weights);

@@ -27,6 +27,8 @@ pub(super) struct SolverView {
     pub(super) film_weights: Vec<f32>,
     /// How much the view's errors count.
     pub(super) weight: f32,
+    /// How much each pixel's errors count beside that (row, column), 1 in the mean; `None` where all count alike.
+    pub(super) mask: Option<Vec<f32>>,
 }
 
 /// The problem of all colours: the views and how smooth each film must be.
@@ -252,7 +254,11 @@ impl ViewAnswer {
                     let row = chunk * ROWS_AT_ONCE + row;
                     view.rays.project_row(row, films, &view.film_weights, line, &mut scratch);
                 }
-                answer_rows(problem, view.weight, slopes, target, errors, curvatures)
+                let loss = answer_rows(problem, view.weight, slopes, target, errors, curvatures);
+                match &view.mask {
+                    Some(mask) => loss_masked(&mask[chunk * rows..], view.weight, slopes, errors, curvatures),
+                    None => loss,
+                }
             })
             .collect();
         let mut loss: f64 = losses.iter().sum();
@@ -280,6 +286,17 @@ fn answer_rows(
         *error = answer.error;
         *shown = weight * answer.slope;
         *curvature = weight * answer.curvature;
+    }
+    f64::from(weight * loss)
+}
+
+/// Weighs each pixel's answer by the view's mask; returns the loss.
+fn loss_masked(mask: &[f32], weight: f32, slopes: &mut [f32], errors: &[f32], curvatures: &mut [f32]) -> f64 {
+    let mut loss = 0.0;
+    for (((slope, curvature), &error), &mask) in slopes.iter_mut().zip(curvatures).zip(errors).zip(mask) {
+        *slope *= mask;
+        *curvature *= mask;
+        loss += mask * error * error;
     }
     f64::from(weight * loss)
 }

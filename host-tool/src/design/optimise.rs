@@ -6,7 +6,7 @@ use super::least_squares::{Effort, Problem, SolverView};
 use super::request::{DesignRequest, OpticsModel, Progress, Tone};
 use crate::optics::{LampPair, film_weights, ideal_weights};
 use crate::picture::Picture;
-use crate::projection::{Rays, single};
+use crate::projection::single;
 use crate::volume::{CHANNELS, Volume};
 
 /// Returns the weights of the films in a view under these lamps, in the optics of the design.
@@ -55,8 +55,12 @@ pub(super) fn set_up(request: &DesignRequest, lighting: &Lighting) -> Problem {
             let white =
                 settings.brightness * lighting.level * lighting.whites[index] * weights.iter().sum::<f64>();
             let film_weights = single(&weights.iter().map(|weight| weight / white).collect::<Vec<_>>());
-            let rays = Rays::new(stack, view.direction, request.distance);
-            SolverView { rays, film_weights, weight: (view.weight * lighting.shares[index]) as f32 }
+            SolverView {
+                rays: request.rays(index),
+                film_weights,
+                weight: (view.weight * lighting.shares[index]) as f32,
+                mask: view.pixel_weights(),
+            }
         })
         .collect();
     let sigma_px = match settings.optics {

@@ -14,11 +14,7 @@ pub fn product(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Vol
     let stack = &request.stack;
     report(Progress { stage: "multiplying the patterns", done: 0, total: 1, quality_db: None });
     let targets = request.targets();
-    let rays: Vec<Rays> = request
-        .views
-        .iter()
-        .map(|view| Rays::new(stack, view.direction, request.distance).traced_back())
-        .collect();
+    let rays: Vec<Rays> = (0..request.views.len()).map(|view| request.rays(view).traced_back()).collect();
     let mut volume = Volume::new(stack.films, stack.height_px, stack.width_px);
     volume.values_mut().par_chunks_mut(stack.film_len()).enumerate().for_each(|(index, plane)| {
         let (channel, film) = (index / stack.films, index % stack.films);

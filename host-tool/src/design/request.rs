@@ -2,9 +2,11 @@
 
 use thiserror::Error;
 
-use crate::optics::Direction;
+use vitrine_exhibit::units::Lamp;
+
+use crate::optics::{Direction, LampPair};
 use crate::picture::Picture;
-use crate::projection::ViewerDistance;
+use crate::projection::{Rays, ViewerDistance};
 use crate::stack::{Stack, StackError};
 use crate::volume::InkDepth;
 
@@ -49,7 +51,18 @@ pub struct ViewRequest {
     pub direction: Direction,
     /// How much this view's errors count beside the others', greater than 0.
     pub weight: f64,
+    /// How far this view's viewer stands; `None` for the request's distance.
+    pub distance: Option<ViewerDistance>,
+    /// How much each pixel's errors count beside the others', 0..=1 (row, column), as many as the pattern has
+    /// pixels; `None` where all count alike. See [`ViewRequest::pixel_weights`].
+    pub mask: Option<Vec<f32>>,
+    /// The only lamp under which this view is shown, where two views share a direction; `None` for the pair
+    /// that shows it best.
+    pub lamp: Option<Lamp>,
 }
+
+/// What black in a mask counts as a part of white: places without any weight would fill with anything.
+const LEAST_WEIGHT: f32 = 0.1;
 
 /// Everything the design depends on.
 #[derive(Clone, Debug)]
@@ -77,6 +90,8 @@ pub struct DesignSettings {
     pub brightness: f64,
     /// Expected error of each film's place along each axis, in µm; not reckoned with under ideal optics.
     pub misplacement_um: f64,
+    /// The largest ratio between the apparent whites of two views; brighter views' lamps are dimmed to keep it.
+    pub white_ratio: f64,
     /// How much the optimiser looks at structure beside the squared error, 0 or greater; 1 is balanced.
     pub structure: f64,
     /// How much more the worse views count, 0..=1: 0 is the least error in all, 1 much the same in each.
@@ -99,6 +114,7 @@ impl Default for DesignSettings {
             tone: Tone::default(),
             brightness: 0.4,
             misplacement_um: 68.0,
+            white_ratio: 2.0,
             structure: 1.0,
             balance: 0.15,
             tolerance_db: 0.05,
@@ -148,6 +164,16 @@ pub enum DesignError {
         /// Rows of the films.
         height: usize,
     },
+    /// A view's mask has another size than the films.
+    #[error("the mask of view {id} has {found} pixels, but the films have {wanted}; read it with their size")]
+    MaskSize {
+        /// The view.
+        id: String,
+        /// Pixels of the mask.
+        found: usize,
+        /// Pixels of a film.
+        wanted: usize,
+    },
     /// A number of a view or of the settings is out of its range.
     #[error("{field} of {place} is {value}, but must be {allowed}")]
     Range {
@@ -176,18 +202,18 @@ impl DesignRequest {
             view.check(&stack)?;
         }
         self.settings.check()?;
-        if let ViewerDistance::Millimetres(distance) = self.distance {
-            let least = stack.depth_mm();
-            if !(distance.is_finite() && distance > least) {
-                return Err(DesignError::Range {
-                    field: "distance_mm",
-                    place: "[viewer]".into(),
-                    value: distance,
-                    allowed: "\"parallel\", or greater than the depth of the stack",
-                });
-            }
-        }
-        Ok(())
+        check_distance(&stack, self.distance, || "[viewer]".into())
+    }
+
+    /// Returns the rays of the view of this index from its viewer's eye through the stack.
+    pub fn rays(&self, view: usize) -> Rays {
+        self.misplaced_rays(view, &[])
+    }
+
+    /// As [`DesignRequest::rays`], with film k moved by `shifts_mm[k]` (x to the right, y up).
+    pub fn misplaced_rays(&self, view: usize, shifts_mm: &[(f64, f64)]) -> Rays {
+        let view = &self.views[view];
+        Rays::misplaced(&self.stack, view.direction, view.distance.unwrap_or(self.distance), shifts_mm)
     }
 
     /// Returns the patterns in the values in which films add up.
@@ -202,6 +228,29 @@ impl DesignRequest {
 }
 
 impl ViewRequest {
+    /// An ordinary view of weight 1: at the request's distance, without a mask, under the pair that shows it best.
+    pub fn new(id: impl Into<String>, pattern: Picture, direction: Direction) -> Self {
+        Self { id: id.into(), pattern, direction, weight: 1.0, distance: None, mask: None, lamp: None }
+    }
+
+    /// The lamp pair that the view is held to, where it is.
+    pub fn held_pair(&self) -> Option<LampPair> {
+        self.lamp.map(|lamp| match lamp {
+            Lamp::Top => LampPair::TOP,
+            Lamp::Bottom => LampPair::BOTTOM,
+        })
+    }
+
+    /// Returns what the errors of each pixel count, 1 in the mean, where there is a mask: white counts ten times
+    /// as much as black.
+    pub fn pixel_weights(&self) -> Option<Vec<f32>> {
+        let mask = self.mask.as_ref()?;
+        let weight = |value: &f32| LEAST_WEIGHT + (1.0 - LEAST_WEIGHT) * value.clamp(0.0, 1.0);
+        let sum: f64 = mask.iter().map(|value| f64::from(weight(value))).sum();
+        let share = (mask.len() as f64 / sum.max(1e-9)) as f32;
+        Some(mask.iter().map(|value| share * weight(value)).collect())
+    }
+
     fn check(&self, stack: &Stack) -> Result<(), DesignError> {
         let range = |field, value, allowed| {
             Err(DesignError::Range { field, place: format!("view {}", self.id), value, allowed })
@@ -224,7 +273,32 @@ impl ViewRequest {
         if !(self.weight > 0.0 && self.weight.is_finite()) {
             return range("weight", self.weight, "greater than 0");
         }
-        Ok(())
+        match &self.mask {
+            Some(mask) if mask.len() != stack.film_len() => {
+                return Err(DesignError::MaskSize {
+                    id: self.id.clone(),
+                    found: mask.len(),
+                    wanted: stack.film_len(),
+                });
+            }
+            _ => {}
+        }
+        self.distance
+            .map_or(Ok(()), |distance| check_distance(stack, distance, || format!("view {}", self.id)))
+    }
+}
+
+fn check_distance(
+    stack: &Stack,
+    distance: ViewerDistance,
+    place: impl FnOnce() -> String,
+) -> Result<(), DesignError> {
+    match distance {
+        ViewerDistance::Millimetres(value) if !(value.is_finite() && value > stack.depth_mm()) => {
+            let allowed = "\"parallel\", or greater than the depth of the stack";
+            Err(DesignError::Range { field: "distance_mm", place: place(), value, allowed })
+        }
+        _ => Ok(()),
     }
 }
 
@@ -238,6 +312,9 @@ impl DesignSettings {
         }
         if !(self.misplacement_um >= 0.0 && self.misplacement_um <= 10_000.0) {
             return range("misplacement_um", self.misplacement_um, "0 to 10000");
+        }
+        if !(self.white_ratio >= 1.0 && self.white_ratio <= 1000.0) {
+            return range("white_ratio", self.white_ratio, "1 to 1000");
         }
         if !(self.structure >= 0.0 && self.structure <= 100.0) {
             return range("structure", self.structure, "0 to 100");

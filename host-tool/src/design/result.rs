@@ -1,9 +1,9 @@
 //! What the design engine returns.
 
-use super::emphasis::{best_pair, neutral_pair};
-use super::request::{DesignRequest, OpticsModel};
-use crate::measure::{Quality, brightest_ink, measure};
-use crate::optics::{Direction, LampPair, film_weights, ideal_weights};
+use super::emphasis::{LampSums, pair_for_all};
+use super::request::{DesignRequest, OpticsModel, ViewRequest};
+use crate::measure::{Quality, brightest_ink, fit, measure};
+use crate::optics::{LampPair, film_weights, ideal_weights};
 use crate::picture::Picture;
 use crate::projection::{Rays, project_along};
 use crate::volume::Volume;
@@ -15,8 +15,21 @@ pub struct Design {
     pub volume: Volume,
     /// The views, in the order of the request.
     pub views: Vec<ViewDesign>,
-    /// The lamp pair for nobody in particular.
+    /// The lamp pair for nobody in particular: the best for all views at once; its larger level is 1.
     pub neutral: LampPair,
+    /// For each two views, the pair that is best for both at once.
+    pub shared: Vec<SharedPair>,
+}
+
+/// The lamp pair that is best for two views at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SharedPair {
+    /// Index of a view.
+    pub first: usize,
+    /// Index of a later view.
+    pub second: usize,
+    /// The pair; its larger level is 1.
+    pub pair: LampPair,
 }
 
 /// One view of a design.
@@ -24,8 +37,12 @@ pub struct Design {
 pub struct ViewDesign {
     /// The view's name.
     pub id: String,
-    /// The lamp pair that shows this view at its best behind the real films; its larger level is 1.
+    /// The lamp pair that shows this view at its best behind the real films. Its larger level is 1, or less where
+    /// the view would be brighter than the others by more than the settings' white ratio.
     pub emphasis: LampPair,
+    /// The light that is seen as white under the view's own pair: 1 is what full ink on every film would give
+    /// under both lamps full.
+    pub white: f64,
     /// What the view shows in the optics of the design: the weighted sum over films.
     pub projection: Picture,
     /// The projection times the gain that fits its pattern, as sRGB code values.
@@ -44,20 +61,29 @@ impl Design {
     /// Finds the lamps for a volume and measures what it shows.
     pub fn of(request: &DesignRequest, volume: Volume) -> Self {
         let targets = request.targets();
-        let lit: Vec<LitView> = request
-            .views
+        let mut lit: Vec<LitView> = targets
             .iter()
-            .zip(&targets)
-            .map(|(view, target)| LitView::of(request, &volume, view.direction, target))
+            .enumerate()
+            .map(|(index, target)| LitView::of(request, &volume, index, target))
             .collect();
-        let neutral = neutral_pair(&lit.iter().map(|view| view.emphasis).collect::<Vec<_>>());
+        keep_whites_together(&mut lit, request.settings.white_ratio);
+        let sums = |index: usize| (lit[index].sums, request.views[index].weight);
+        let neutral = pair_for_all(&(0..lit.len()).map(sums).collect::<Vec<_>>());
+        let shared = (0..lit.len())
+            .flat_map(|first| (first + 1..lit.len()).map(move |second| (first, second)))
+            .map(|(first, second)| SharedPair {
+                first,
+                second,
+                pair: pair_for_all(&[(lit[first].sums, 1.0), (lit[second].sums, 1.0)]),
+            })
+            .collect();
         let ink = brightest_ink(&volume);
         let views = lit
             .into_iter()
             .enumerate()
             .map(|(index, lit)| lit.measured(request, &volume, index, neutral, ink))
             .collect();
-        Self { volume, views, neutral }
+        Self { volume, views, neutral, shared }
     }
 
     /// Mean PSNR of the views in dB, in the optics of the design.
@@ -85,16 +111,30 @@ struct LitView {
     rays: Rays,
     top: Picture,
     bottom: Picture,
+    sums: LampSums,
     emphasis: LampPair,
+    /// The light that is seen as white under `emphasis`.
+    white: f64,
 }
 
 impl LitView {
-    fn of(request: &DesignRequest, volume: &Volume, direction: Direction, target: &Picture) -> Self {
-        let rays = Rays::new(&request.stack, direction, request.distance);
-        let under = |lamps| project_along(volume, &rays, &film_weights(&request.stack, direction, lamps));
+    fn of(request: &DesignRequest, volume: &Volume, index: usize, target: &Picture) -> Self {
+        let view = &request.views[index];
+        let rays = request.rays(index);
+        let under =
+            |lamps| project_along(volume, &rays, &film_weights(&request.stack, view.direction, lamps));
         let (top, bottom) = (under(LampPair::TOP), under(LampPair::BOTTOM));
-        let emphasis = best_pair(top.values(), bottom.values(), target.values());
-        Self { rays, top, bottom, emphasis }
+        let sums = LampSums::of(top.values(), bottom.values(), target.values(), request.settings.tone);
+        let emphasis = view.held_pair().unwrap_or_else(|| sums.best_pair());
+        let mut lit = Self { rays, top, bottom, sums, emphasis, white: 0.0 };
+        lit.white = lit.white_of(request, view);
+        lit
+    }
+
+    fn white_of(&self, request: &DesignRequest, view: &ViewRequest) -> f64 {
+        let gain = fit(&self.under(self.emphasis), &view.pattern, request.settings.tone).gain;
+        let full: f64 = film_weights(&request.stack, view.direction, LampPair::FULL).iter().sum();
+        if gain > 0.0 { 1.0 / (gain * full) } else { 0.0 }
     }
 
     fn under(&self, lamps: LampPair) -> Picture {
@@ -138,6 +178,7 @@ impl LitView {
         ViewDesign {
             id: view.id.clone(),
             emphasis: self.emphasis,
+            white: self.white,
             projection,
             shown,
             quality,
@@ -145,5 +186,17 @@ impl LitView {
             under_neutral_lamps: lit(neutral).0,
             under_full_lamps: lit(LampPair::FULL).0,
         }
+    }
+}
+
+/// Dims the pairs of the brighter views until no view's white is more than `ratio` times another's. Views that show
+/// nothing at all do not count.
+fn keep_whites_together(views: &mut [LitView], ratio: f64) {
+    let least =
+        views.iter().map(|view| view.white).filter(|white| *white > 0.0).fold(f64::INFINITY, f64::min);
+    for view in views {
+        let level = (ratio * least / view.white.max(f64::MIN_POSITIVE)).min(1.0);
+        view.emphasis = view.emphasis.scaled(level);
+        view.white *= level;
     }
 }

@@ -1,12 +1,15 @@
 //! A design in small: the same stack, views and patterns with coarser pixels.
 //!
 //! What views cannot share lies at low frequencies, a few cycles a picture, and the geometry there does not
-//! depend on the pixels. So a design of 64 pixels a side errs as one of thousands does.
+//! depend on the pixels. So a design of 64 pixels a side errs as one of thousands does, lamps and whites can be
+//! settled on it, and larger films begin from it.
+
+use rayon::prelude::*;
 
 use super::request::{DesignRequest, Tone, ViewRequest};
 use crate::picture::Picture;
 use crate::stack::Stack;
-use crate::volume::CHANNELS;
+use crate::volume::{CHANNELS, Volume};
 
 /// Returns the request with the longer side of its films reduced to `side_px` pixels, patterns averaged in
 /// the values in which films add up; a request that is no larger is returned as it is.
@@ -21,6 +24,7 @@ pub(super) fn reduced(request: &DesignRequest, side_px: usize) -> DesignRequest 
     let views = request.views.iter().map(|view| ViewRequest {
         id: view.id.clone(),
         pattern: averaged_in(&view.pattern, width_px, height_px, request.settings.tone),
+        mask: view.mask.as_ref().map(|mask| averaged_plane(mask, stack.width_px, width_px, height_px)),
         ..*view
     });
     DesignRequest {
@@ -41,42 +45,73 @@ fn averaged_in(picture: &Picture, width: usize, height: usize, tone: Tone) -> Pi
 
 /// Reduces a picture: every pixel is the mean over the area that it covers.
 pub(super) fn averaged(picture: &Picture, width: usize, height: usize) -> Picture {
-    let columns = shares(picture.width(), width);
-    let rows = shares(picture.height(), height);
     let mut reduced = Picture::new(width, height);
     for channel in 0..CHANNELS {
-        let source = picture.channel(channel);
-        let narrow: Vec<f32> = source
-            .chunks_exact(picture.width())
-            .flat_map(|line| columns.iter().map(|share| share.sum(|at| line[at])))
-            .collect();
-        for (line, share) in reduced.channel_mut(channel).chunks_exact_mut(width).zip(&rows) {
-            for (column, value) in line.iter_mut().enumerate() {
-                *value = share.sum(|row| narrow[row * width + column]);
-            }
-        }
+        let plane = averaged_plane(picture.channel(channel), picture.width(), width, height);
+        reduced.channel_mut(channel).copy_from_slice(&plane);
     }
     reduced
 }
 
+/// Reduces one plane (row, column) of `from` columns to `width` x `height` means.
+fn averaged_plane(plane: &[f32], from: usize, width: usize, height: usize) -> Vec<f32> {
+    let columns = shares(from, width);
+    let rows = shares(plane.len() / from, height);
+    let narrow: Vec<f32> = plane
+        .chunks_exact(from)
+        .flat_map(|line| columns.iter().map(|share| share.sum(|at| line[at])))
+        .collect();
+    let at = |row: usize, column: usize| narrow[row * width + column];
+    let means = rows.iter().flat_map(|share| (0..width).map(move |column| share.sum(|row| at(row, column))));
+    means.collect()
+}
+
 /// Enlarges a picture, interpolating linearly between pixel centres; at the edges it stays as it is there.
 pub(super) fn enlarged(picture: &Picture, width: usize, height: usize) -> Picture {
-    let columns = positions(picture.width(), width);
-    let rows = positions(picture.height(), height);
+    let grid = Grid::new((picture.width(), picture.height()), (width, height));
     let mut large = Picture::new(width, height);
     for channel in 0..CHANNELS {
-        let source = picture.channel(channel);
-        for (line, &(row, next_row, down)) in large.channel_mut(channel).chunks_exact_mut(width).zip(&rows) {
-            let upper = &source[row * picture.width()..(row + 1) * picture.width()];
-            let lower = &source[next_row * picture.width()..(next_row + 1) * picture.width()];
-            for (value, &(at, next, right)) in line.iter_mut().zip(&columns) {
+        grid.enlarge(picture.channel(channel), large.channel_mut(channel));
+    }
+    large
+}
+
+/// Enlarges every film as [`enlarged`] does a picture.
+pub(super) fn enlarged_volume(volume: &Volume, width: usize, height: usize) -> Volume {
+    let grid = Grid::new((volume.width(), volume.height()), (width, height));
+    let mut large = Volume::new(volume.films(), height, width);
+    let planes = large.values_mut().par_chunks_mut(width * height);
+    planes.enumerate().for_each(|(index, plane)| {
+        let (channel, film) = (index / volume.films(), index % volume.films());
+        grid.enlarge(volume.film(channel, film), plane);
+    });
+    large
+}
+
+/// Where the pixels of a large plane lie between those of a small one.
+struct Grid {
+    from_width: usize,
+    columns: Vec<(usize, usize, f32)>,
+    rows: Vec<(usize, usize, f32)>,
+}
+
+impl Grid {
+    /// Sizes are columns and rows.
+    fn new(from: (usize, usize), to: (usize, usize)) -> Self {
+        Self { from_width: from.0, columns: positions(from.0, to.0), rows: positions(from.1, to.1) }
+    }
+
+    fn enlarge(&self, source: &[f32], target: &mut [f32]) {
+        let line_of = |row: usize| &source[row * self.from_width..(row + 1) * self.from_width];
+        for (line, &(row, next_row, down)) in target.chunks_exact_mut(self.columns.len()).zip(&self.rows) {
+            let (upper, lower) = (line_of(row), line_of(next_row));
+            for (value, &(at, next, right)) in line.iter_mut().zip(&self.columns) {
                 let above = upper[at] + right * (upper[next] - upper[at]);
                 let below = lower[at] + right * (lower[next] - lower[at]);
                 *value = above + down * (below - above);
             }
         }
     }
-    large
 }
 
 /// The part of one axis that a reduced pixel covers.

@@ -72,6 +72,74 @@ fn the_plan_is_one_that_the_controller_takes_and_names_the_films() {
 }
 
 #[test]
+fn a_design_that_needs_more_memory_than_allowed_is_refused_beforehand() {
+    let workshop = Workshop::small();
+    let limited = |mib: u32| SMALL.replace("[design]\n", &format!("[design]\nmemory_mib = {mib}\n"));
+    workshop.write("exhibit.toml", limited(16));
+    let finished = workshop.run(&["design", "exhibit.toml", "-o", "build"]);
+    assert_eq!(finished.code, Some(1));
+    for text in ["vitrine::design::memory", "`memory_mib` in [design] allows 16", "fewer `pixels`"] {
+        assert!(finished.stderr.contains(text), "{}", finished.stderr);
+    }
+    assert!(!workshop.path("build").exists());
+    workshop.write("exhibit.toml", limited(1000));
+    let finished = workshop.run(&["design", "exhibit.toml", "-o", "build"]);
+    assert_eq!(finished.code, Some(0));
+    assert!(finished.stderr.contains("needs at most about"), "{}", finished.stderr);
+}
+
+/// The most memory that a child has had in RAM, in MiB.
+#[cfg(target_os = "linux")]
+fn peak_mib(mut child: std::process::Child) -> f64 {
+    let mut peak = 0.0f64;
+    while child.try_wait().unwrap().is_none() {
+        let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kib = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<f64>().ok());
+        peak = peak.max(kib.unwrap_or_default() / 1024.0);
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    assert!(child.wait().unwrap().success());
+    peak
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn no_more_memory_is_used_than_was_said() {
+    let workshop = Workshop::small();
+    for method in ["product", "least-squares"] {
+        let large = SMALL.replace("[64, 48]", "[400, 320]").replace("films = 8", "films = 24");
+        let large = large.replace("\"product\"", &format!("\"{method}\"\niterations = 2"));
+        workshop.write("exhibit.toml", large);
+        let mut command = workshop.command(&["design", "exhibit.toml", "-o", "build"]);
+        let child = command.stderr(std::fs::File::create(workshop.path("told")).unwrap()).spawn().unwrap();
+        let peak = peak_mib(child);
+        let told = fs::read_to_string(workshop.path("told")).unwrap();
+        let said = told.lines().find_map(|line| line.strip_prefix("needs at most about ")).unwrap();
+        let said: f64 = said.split(' ').next().unwrap().parse().unwrap();
+        assert!(peak <= said && peak > 0.4 * said, "{method}: {said} MiB said, {peak} MiB used");
+    }
+}
+
+#[test]
+fn a_mask_and_a_pedestal_change_the_design_and_the_mask_is_an_input() {
+    let workshop = Workshop::new();
+    let slow = SMALL.replace("\"product\"", "\"least-squares\"\niterations = 5");
+    let films = |exhibit: String| {
+        workshop.write("exhibit.toml", exhibit);
+        workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+        json(&workshop, "build/plan.json")["volume"]["blake3"].clone()
+    };
+    let plain = films(slow.clone());
+    let masked = films(slow.replace("\"coffee.jpg\"", "\"coffee.jpg\"\nmask = \"rocket.jpg\""));
+    assert!(json(&workshop, "build/manifest.json")["inputs"]["rocket.jpg"].is_string());
+    let lifted = films(slow.replace("[design]\n", "[design]\npedestal = 0.5\n"));
+    let contrast = json(&workshop, "build/report.json")["views"][0]["quality"]["contrast"].as_f64().unwrap();
+    assert!((1.5..4.0).contains(&contrast), "{contrast}");
+    assert!(plain != masked && plain != lifted);
+}
+
+#[test]
 fn a_build_is_replaced_by_the_next_one() {
     let workshop = Workshop::small();
     workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);

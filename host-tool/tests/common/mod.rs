@@ -16,11 +16,8 @@ pub(crate) fn photo(name: &str, pixels: usize) -> Picture {
 
 /// Asks for the photographs in their directions (horizontal, vertical) on the paper's stack.
 pub(crate) fn request(views: &[(&str, f64, f64)], pixels: usize, settings: DesignSettings) -> DesignRequest {
-    let views = views.iter().map(|&(name, horizontal_deg, vertical_deg)| ViewRequest {
-        id: name.into(),
-        pattern: photo(name, pixels),
-        direction: Direction { horizontal_deg, vertical_deg },
-        weight: 1.0,
+    let views = views.iter().map(|&(name, horizontal_deg, vertical_deg)| {
+        ViewRequest::new(name, photo(name, pixels), Direction { horizontal_deg, vertical_deg })
     });
     DesignRequest {
         stack: Stack { width_px: pixels, height_px: pixels, ..Stack::default() },

@@ -1,0 +1,32 @@
+//! How much memory a design will use, known beforehand.
+
+use super::request::{DesignRequest, Method};
+use crate::volume::CHANNELS;
+
+/// Bytes of a value.
+const VALUE: f64 = size_of::<f32>() as f64;
+/// Values per voxel of one channel that the optimiser holds beside the volume: the look ahead and the steps.
+const SOLVER_VALUES: f64 = 2.0;
+/// Bytes per voxel that a written film takes at most: its file, and the page's copy of it in base64.
+const FILM_BYTES: f64 = 3.0 * (1.0 + 1.0 + 4.0 / 3.0 * 2.0);
+/// Values per pixel and channel of one view: its pattern and target, what it shows under either lamp and under
+/// three pairs, with room for measures.
+const VIEW_VALUES: f64 = 16.0;
+/// The program itself with its threads.
+const PROGRAM_MIB: f64 = 24.0;
+const MIB: f64 = 1024.0 * 1024.0;
+
+/// Returns the most memory that designing `request` and writing its build will use, in MiB.
+pub fn predicted_memory_mib(request: &DesignRequest) -> f64 {
+    let stack = &request.stack;
+    let pixels = stack.film_len() as f64;
+    let voxels = pixels * stack.films as f64;
+    let volume = CHANNELS as f64 * VALUE * voxels;
+    let solving = match request.settings.method {
+        Method::LeastSquares => SOLVER_VALUES * VALUE * voxels,
+        Method::Product => 0.0,
+    };
+    let writing = FILM_BYTES * voxels;
+    let views = request.views.len() as f64 * VIEW_VALUES * CHANNELS as f64 * VALUE * pixels;
+    PROGRAM_MIB + (volume + solving.max(writing) + views) / MIB
+}
