@@ -99,7 +99,7 @@ fn camel(name: &str) -> String {
 fn flash_map(script: &str) -> Result<String, Box<dyn Error>> {
     let mut text = String::new();
     let mut end_of_last = FLASH_BASE + 1024 * 1024;
-    for name in ["PLAN", "SETTINGS", "LEDGER", "LOG"] {
+    for name in ["PLAN", "SETTINGS", "LEDGER", "CLOCK", "LOG"] {
         let (origin, length) = region(script, name)?;
         if origin < end_of_last {
             return Err(format!("memory.x: {name} overlaps what lies before it").into());

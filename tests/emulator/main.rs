@@ -6,6 +6,7 @@ mod bench;
 mod boot;
 mod chain;
 mod day;
+mod drift;
 mod exhibit;
 mod faults;
 mod flash;

@@ -74,7 +74,16 @@ impl Room {
 
 /// Puts the battery clock on the bus: 2026-11-22T12:00:00Z, a Sunday.
 pub(crate) fn battery_clock(bench: &mut Bench) {
-    bench.device(CLOCK, 0x02, &[0x00, 0x00, 0x12, 0x22, 0x00, 0x11, 0x26]);
+    battery_clock_at(bench, 1_795_348_800);
+}
+
+/// Puts the battery clock on the bus, at so many seconds since 1970. It stands until it is set.
+pub(crate) fn battery_clock_at(bench: &mut Bench, utc_seconds: i64) {
+    let time = jiff::Timestamp::from_second(utc_seconds).expect("a time").to_zoned(jiff::tz::TimeZone::UTC);
+    let fields =
+        [time.second(), time.minute(), time.hour(), time.day(), 0, time.month(), (time.year() % 100) as i8];
+    let coded = fields.map(|field| (field as u8 / 10) << 4 | (field as u8 % 10));
+    bench.device(CLOCK, 0x02, &coded);
 }
 
 /// The converter's reading of a 10 kOhm NTC (beta 3950 K) below 10 kOhm.

@@ -1,6 +1,6 @@
 //! The battery clock's error: when it was last set, and how fast it drifts.
 //!
-//! A clock that is set again tells by how much it was wrong. The rate is kept with the settings, the time that the
+//! A clock that is set again tells by how much it was wrong. The rate is kept in flash, the time that the
 //! clock shows is corrected by it, and a clock whose crystal is far off is told before it misleads the schedule.
 
 use serde::{Deserialize, Serialize};
@@ -15,15 +15,15 @@ const FASTEST_PPB: i64 = 500_000;
 /// A drift beyond this, in thousandths of a millionth, is told: 26 s in a month.
 pub const NOTABLE_PPB: i32 = 10_000;
 
-/// What is known of the battery clock; kept with the settings.
+/// What is known of the battery clock; kept in flash.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ClockRecord {
     /// When a host set it last.
     pub set_at: Option<UtcSeconds>,
     /// How much faster it runs than it should, in thousandths of a millionth.
     pub drift_ppb: i32,
-    /// By how many seconds it was ahead when it was set last.
-    pub last_error_s: i32,
+    /// By how many seconds it was ahead when it was set last; none where it showed no time until then.
+    pub last_error_s: Option<i32>,
 }
 
 impl ClockRecord {
@@ -31,11 +31,12 @@ impl ClockRecord {
     #[must_use]
     pub fn set(self, shown: Option<UtcSeconds>, truth: UtcSeconds) -> Self {
         let shown = shown.and_then(schedule::plausible);
-        let (Some(shown), Some(set_at)) = (shown, self.set_at) else {
-            return Self { set_at: Some(truth), last_error_s: 0, ..self };
+        let error = shown.map(|shown| shown.0.saturating_sub(truth.0));
+        let last_error_s = error.map(|error| error.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32);
+        let (Some(error), Some(set_at)) = (error, self.set_at) else {
+            return Self { set_at: Some(truth), last_error_s, ..self };
         };
-        let (gone, error) = (truth.0.saturating_sub(set_at.0), shown.0.saturating_sub(truth.0));
-        let last_error_s = error.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
+        let gone = truth.0.saturating_sub(set_at.0);
         let drift = error.saturating_mul(1_000_000_000).checked_div(gone).unwrap_or(i64::MAX);
         let learnt = gone >= SHORTEST && drift.abs() <= FASTEST_PPB;
         Self {
@@ -78,7 +79,7 @@ mod tests {
         let record = ClockRecord::default().set(None, START);
         let shown = UtcSeconds(after(30).0 + 52);
         let record = record.set(Some(shown), after(30));
-        assert_eq!((record.last_error_s, record.drift_ppb / 1_000), (52, 20));
+        assert_eq!((record.last_error_s, record.drift_ppb / 1_000), (Some(52), 20));
         assert!(record.drifts());
         let shown = UtcSeconds(after(60).0 + 52);
         assert_eq!(record.corrected(shown), Some(after(60)));
@@ -88,7 +89,7 @@ mod tests {
     fn a_wrong_setting_is_no_drift() {
         let record = ClockRecord::default().set(None, START);
         let record = record.set(Some(UtcSeconds(after(30).0 + 3_600)), after(30));
-        assert_eq!((record.last_error_s, record.drift_ppb), (3_600, 0));
+        assert_eq!((record.last_error_s, record.drift_ppb), (Some(3_600), 0));
         assert!(!record.drifts());
     }
 
@@ -102,7 +103,7 @@ mod tests {
     proptest! {
         #[test]
         fn any_clock_is_taken(set_at: i64, shown: i64, truth: i64, drift_ppb: i32) {
-            let record = ClockRecord { set_at: Some(UtcSeconds(set_at)), drift_ppb, last_error_s: 0 };
+            let record = ClockRecord { set_at: Some(UtcSeconds(set_at)), drift_ppb, last_error_s: None };
             let next = record.set(Some(UtcSeconds(shown)), UtcSeconds(truth));
             prop_assert!(next.corrected(UtcSeconds(shown)).is_none_or(|now| schedule::plausible(now).is_some()));
         }

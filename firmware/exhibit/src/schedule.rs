@@ -38,20 +38,20 @@ pub fn plausible(now: UtcSeconds) -> Option<UtcSeconds> {
 
 /// Gives the part of each pair's light that the calendar wants now; `OFF` is closed.
 pub fn level_at(calendar: &Calendar, now: UtcSeconds) -> Level {
+    let now = local_time(&calendar.time_zone, now);
     if calendar.rules.is_empty() {
-        let today = local_time(&calendar.time_zone, now);
-        return if is_closed(calendar, today.date) { Level::OFF } else { Level::FULL };
+        return if is_closed(calendar, now.date) { Level::OFF } else { Level::FULL };
     }
-    let today = local_time(&calendar.time_zone, now);
-    let yesterday = day_before(today);
-    let holds = |rule: &&ScheduleRule| {
-        let over_midnight = rule.to <= rule.from;
-        let since_today = today.minute >= rule.from.0 && (over_midnight || today.minute < rule.to.0);
-        let since_yesterday = over_midnight && today.minute < rule.to.0;
-        since_today && begins_on(calendar, rule, today)
-            || since_yesterday && begins_on(calendar, rule, yesterday)
-    };
-    calendar.rules.iter().rev().find(holds).map_or(Level::OFF, |rule| rule.level)
+    calendar.rules.iter().rev().find(|rule| holds(calendar, rule, now)).map_or(Level::OFF, |rule| rule.level)
+}
+
+/// Tells whether a rule of the calendar holds at a moment, whatever later rules say.
+pub fn holds(calendar: &Calendar, rule: &ScheduleRule, now: LocalTime) -> bool {
+    let over_midnight = rule.to <= rule.from;
+    let since_today = now.minute >= rule.from.0 && (over_midnight || now.minute < rule.to.0);
+    let since_yesterday = over_midnight && now.minute < rule.to.0;
+    since_today && begins_on(calendar, rule, now)
+        || since_yesterday && begins_on(calendar, rule, day_before(now))
 }
 
 /// Gives the local time of a moment; moments before 1970 count as its first.

@@ -9,6 +9,7 @@ const _: () = {
     assert!(PLAN.start == map::IMAGE_END && PLAN.end == map::PLAN.end());
     assert!(SETTINGS.start == map::PLAN.end() && SETTINGS.end == map::SETTINGS.end());
     assert!(LEDGER.start == map::LEDGER.start() && LEDGER.end == map::LEDGER.end());
+    assert!(CLOCK.start == map::LEDGER.end() && CLOCK.end == map::CLOCK.end());
     assert!(LOG.start == map::LOG.start() && LOG.end == map::LOG.end());
     assert!(FLASH_BYTES == map::FLASH_BYTES as usize);
 };

@@ -9,7 +9,6 @@ use vitrine_protocol::status::{ClockState, Status};
 use vitrine_protocol::{FINGERPRINT, Hello, Refusal, VERSION};
 
 use crate::controller::{self, REQUESTS};
-use crate::sensors::SET_CLOCK;
 use crate::store::Store;
 use crate::{links, readings};
 
@@ -40,8 +39,8 @@ impl Controller for Store {
     }
 
     fn set_clock(&mut self, now: UtcSeconds) -> Result<(), Refusal> {
-        readings::clock_set_by_host(now);
-        SET_CLOCK.try_send(now).map_err(|_| Refusal::ClockFailed)
+        self.clock_to_keep = Some(readings::clock_set_by_host(now));
+        Ok(())
     }
 
     fn request(&mut self, request: Request) -> Result<(), Refusal> {

@@ -6,6 +6,7 @@ use core::cell::RefCell;
 
 use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embassy_time::{Duration, Instant};
+use vitrine_exhibit::clock::ClockRecord;
 use vitrine_exhibit::inputs::TemperatureReading;
 use vitrine_exhibit::units::{Irradiance, Millivolts, PerLamp, UtcSeconds};
 use vitrine_exhibit::viewer::PIXELS;
@@ -30,8 +31,12 @@ struct Board {
     supply: Option<Stamped<Millivolts>>,
     ultraviolet: Option<Irradiance>,
     clock: Option<Stamped<UtcSeconds>>,
+    /// What the battery clock shows, whether right or wrong.
+    shown: Option<Stamped<UtcSeconds>>,
     clock_source: ClockSource,
-    last_correction_s: Option<i32>,
+    clock_record: Option<ClockRecord>,
+    /// A host has set the time, and the battery clock does not have it yet.
+    clock_is_being_set: bool,
 }
 
 static BOARD: CriticalSectionMutex<RefCell<Board>> = CriticalSectionMutex::new(RefCell::new(Board {
@@ -40,8 +45,10 @@ static BOARD: CriticalSectionMutex<RefCell<Board>> = CriticalSectionMutex::new(R
     supply: None,
     ultraviolet: None,
     clock: None,
+    shown: None,
     clock_source: ClockSource::Nothing,
-    last_correction_s: None,
+    clock_record: None,
+    clock_is_being_set: false,
 }));
 
 /// What one step of the controller gets to know.
@@ -96,24 +103,54 @@ pub(crate) fn ultraviolet(irradiance: Irradiance) {
     with(|board| board.ultraviolet = Some(irradiance));
 }
 
-/// Takes over what the battery clock says.
-pub(crate) fn clock_from_battery(time: UtcSeconds) {
+/// Leaves what is known of the battery clock.
+pub(crate) fn clock_record(record: ClockRecord) {
+    with(|board| board.clock_record = Some(record));
+}
+
+/// Takes over what the battery clock shows, corrected by its drift; not while it is being set.
+pub(crate) fn clock_from_battery(shown: UtcSeconds) {
     let at = Instant::now();
     with(|board| {
-        board.clock = Some(Stamped { value: time, at });
-        board.clock_source = ClockSource::Battery;
+        if !board.clock_is_being_set {
+            board.shown = Some(Stamped { value: shown, at });
+            if let Some(value) = board.clock_record.unwrap_or_default().corrected(shown) {
+                board.clock = Some(Stamped { value, at });
+                board.clock_source = ClockSource::Battery;
+            }
+        }
     });
 }
 
-/// Takes over what a host says; whether the battery clock keeps it will be seen.
-pub(crate) fn clock_set_by_host(time: UtcSeconds) {
+/// Takes over what a host says; gives what is known of the battery clock by that. The battery clock is to be set next.
+pub(crate) fn clock_set_by_host(time: UtcSeconds) -> ClockRecord {
     let at = Instant::now();
     with(|board| {
-        board.last_correction_s = running(board.clock, at)
-            .map(|before| i32::try_from(before.0.saturating_sub(time.0)).unwrap_or(i32::MAX));
+        let record = board.clock_record.unwrap_or_default().set(running(board.shown, at), time);
+        board.clock_record = Some(record);
         board.clock = Some(Stamped { value: time, at });
         board.clock_source = ClockSource::Host;
+        board.clock_is_being_set = true;
+        record
+    })
+}
+
+/// Takes note that the battery clock was set to this time, or that it did not take it.
+pub(crate) fn clock_was_set(kept: Option<UtcSeconds>) {
+    let at = Instant::now();
+    with(|board| {
+        board.clock_is_being_set = false;
+        board.shown = kept.map(|value| Stamped { value, at });
+        if kept.is_some() {
+            board.clock_source = ClockSource::Battery;
+        }
     });
+}
+
+/// The time now, as far as it is known.
+pub(crate) fn time() -> Option<UtcSeconds> {
+    let now = Instant::now();
+    with(|board| running(board.clock, now))
 }
 
 /// The clock.
@@ -122,7 +159,7 @@ pub(crate) fn clock() -> ClockState {
     with(|board| ClockState {
         now: running(board.clock, now),
         source: board.clock_source,
-        last_correction_s: board.last_correction_s,
+        record: board.clock_record.unwrap_or_default(),
     })
 }
 

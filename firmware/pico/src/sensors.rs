@@ -7,7 +7,7 @@ use defmt::{info, warn};
 use embassy_rp::i2c::{self, I2c};
 use embassy_rp::peripherals::I2C0;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Ticker, with_timeout};
 use vitrine_drivers::grid_eye::GridEye;
 use vitrine_drivers::{battery_clock, uv_sensor};
@@ -29,8 +29,8 @@ const ROUNDS_A_MINUTE: u32 = 60 * ROUNDS_A_SECOND;
 /// The left sensor (yawed to the negative side) and the right one.
 const VIEWER_SENSORS: [GridEye; 2] = [GridEye::new(0x68), GridEye::new(0x69)];
 
-/// A time to be set, from the link.
-pub(crate) static SET_CLOCK: Channel<CriticalSectionRawMutex, UtcSeconds, 1> = Channel::new();
+/// The battery clock is to be set to the time that is known.
+pub(crate) static SET_CLOCK: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 type Bus = I2c<'static, I2C0, i2c::Async>;
 
@@ -62,8 +62,8 @@ pub(crate) async fn run(resources: SensorsResources) -> ! {
         if round == 0 || (!answering.clock && round % ROUNDS_A_SECOND == 0) {
             read_clock(&mut bus, &mut answering).await;
         }
-        if let Ok(time) = SET_CLOCK.try_receive() {
-            set_clock(&mut bus, time, &mut answering).await;
+        if SET_CLOCK.try_take().is_some() {
+            set_clock(&mut bus, &mut answering).await;
         }
         if answering != told {
             info!("on the sensor bus: {}", answering);
@@ -134,12 +134,12 @@ async fn read_clock(bus: &mut Bus, answering: &mut Answering) {
     }
 }
 
-async fn set_clock(bus: &mut Bus, time: UtcSeconds, answering: &mut Answering) {
+async fn set_clock(bus: &mut Bus, answering: &mut Answering) {
+    let Some(time) = readings::time() else { return };
     answering.clock =
         matches!(with_timeout(TRANSFER_TIMEOUT, battery_clock::set(bus, time.0)).await, Ok(Ok(())));
-    if answering.clock {
-        readings::clock_from_battery(time);
-    } else {
+    if !answering.clock {
         warn!("the battery clock did not take the time");
     }
+    readings::clock_was_set(answering.clock.then_some(time));
 }

@@ -1,4 +1,4 @@
-//! The owner of flash: plan, dose ledger and event log; and, as nearly all that hosts ask leads there, of the server.
+//! The owner of flash: plan, dose ledger, event log and what is known of the clock; and, as nearly all that hosts ask leads there, of the server.
 //!
 //! Every call of the flash stops all interrupts: a page for 0.4 ms, a sector for 45 ms. Whatever can wait for that
 //! waits until the lamps are dark or at a steady level. A reservation of the ledger waits only for a moment: without
@@ -13,18 +13,20 @@ use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Timer};
 use heapless::String;
 use static_cell::StaticCell;
+use vitrine_exhibit::clock::ClockRecord;
 use vitrine_exhibit::events::Event;
 use vitrine_exhibit::ledger::{LedgerRecord, StoredReservation};
 use vitrine_exhibit::plan::ValidPlan;
 use vitrine_protocol::frame::Frame;
 use vitrine_protocol::plan_file::MAX_PLAN_BYTES;
 use vitrine_protocol::server::{Incoming, Server};
-use vitrine_storage::{EventLog, Ledger};
+use vitrine_storage::{EventLog, Ledger, clock};
 
 use crate::board::StorageResources;
 use crate::controller::{self, EVENTS, PlanSlot, STORED, TO_STORE};
 use crate::links::LINKS;
 use crate::plans::{self, Plans};
+use crate::sensors::SET_CLOCK;
 use crate::watchdog::{Client, check_in};
 use crate::{flash_map, readings};
 
@@ -51,6 +53,8 @@ pub(crate) struct Store {
     pub(crate) serial_number: String<24>,
     ledger: Option<Ledger>,
     pub(crate) log: Option<EventLog>,
+    /// What a host's setting has taught of the battery clock: to be kept before the clock is set.
+    pub(crate) clock_to_keep: Option<ClockRecord>,
 }
 
 impl Store {
@@ -74,7 +78,11 @@ impl Store {
             }
         };
         let log = EventLog::open(&mut chip).ok();
-        (Self { chip, plans, serial_number, ledger, log }, record)
+        match clock::read(&mut chip) {
+            Ok(record) => readings::clock_record(record),
+            Err(_) => warn!("what is known of the clock cannot be read"),
+        }
+        (Self { chip, plans, serial_number, ledger, log, clock_to_keep: None }, record)
     }
 
     /// Writes a ledger record; tells whether it is safely there.
@@ -89,6 +97,19 @@ impl Store {
         if !matches!(written, Some(Ok(_))) {
             warn!("an event did not reach the log");
         }
+    }
+}
+
+impl Store {
+    /// Keeps what a host's setting has taught of the battery clock, and only then has the clock set: a clock that was
+    /// set without a note of it would be taken for one that does not drift.
+    async fn keep_clock(&mut self) {
+        let Some(record) = self.clock_to_keep.take() else { return };
+        controller::steady_lamps(RESERVATION_PATIENCE).await;
+        if clock::store(&mut self.chip, &record).is_err() {
+            warn!("what is known of the clock cannot be written");
+        }
+        SET_CLOCK.signal(());
     }
 }
 
@@ -111,6 +132,7 @@ pub(crate) async fn run(mut store: Store) -> ! {
     loop {
         check_in(Client::Store);
         store.plans.take_back();
+        store.keep_clock().await;
         match select4(TO_STORE.wait(), INCOMING.receive(), EVENTS.receive(), Timer::after(ALIVE)).await {
             Either4::First(record) => {
                 if store.ledger.is_some_and(|ledger| ledger.will_erase()) {

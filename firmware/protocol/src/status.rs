@@ -2,7 +2,7 @@
 
 use heapless::String;
 use serde::{Deserialize, Serialize};
-use vitrine_exhibit::{Snapshot, units::UtcSeconds};
+use vitrine_exhibit::{Snapshot, clock::ClockRecord, units::UtcSeconds};
 
 /// Where the time comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,8 +25,8 @@ pub struct ClockState {
     pub now: Option<UtcSeconds>,
     /// Where it comes from.
     pub source: ClockSource,
-    /// By how many seconds the clock was ahead when a host last set it.
-    pub last_correction_s: Option<i32>,
+    /// What is known of its error: when a host set it last, by how much it was wrong, how fast it drifts.
+    pub record: ClockRecord,
 }
 
 /// The active plan.

@@ -7,7 +7,7 @@
 //!
 //! - [`TwoSlots`]: one record in two places, the newest valid one counts. For the plan and the settings.
 //! - [`Ring`]: numbered entries of one size, the newest are kept. For the dose ledger and the event log.
-//! - [`Ledger`], [`EventLog`]: those two, with their own types.
+//! - [`Ledger`], [`EventLog`], [`clock`]: those, with their own types.
 //! - [`map`]: where each lies.
 #![no_std]
 #![forbid(unsafe_code)]
@@ -19,6 +19,7 @@
 #[cfg(any(test, feature = "mock"))]
 extern crate std;
 
+pub mod clock;
 mod ledger;
 mod log;
 pub mod map;

@@ -5,7 +5,8 @@
 //! 0x100000  plan                  2 slots of 16 KiB
 //! 0x108000  settings              2 slots of 4 KiB
 //! 0x10A000  dose ledger           ring of 8 sectors
-//! 0x112000  free
+//! 0x112000  clock                 2 slots of 4 KiB
+//! 0x114000  free
 //! 0x1E0000  event log             ring of 32 sectors
 //! 0x200000  end
 //! ```
@@ -35,6 +36,9 @@ pub const LEDGER_ENTRY_BYTES: usize = 120;
 /// The dose ledger.
 pub const LEDGER: Ring<LEDGER_ENTRY_BYTES> = Ring::new(SETTINGS.end(), 8);
 
+/// What is known of the battery clock.
+pub const CLOCK: TwoSlots = TwoSlots::new(LEDGER.end(), SECTOR_BYTES);
+
 /// Bytes of an entry of the event log.
 pub const LOG_ENTRY_BYTES: usize = 32;
 
@@ -45,6 +49,7 @@ const _: () = {
     assert!(PLAN.end() == 0x10_8000);
     assert!(SETTINGS.end() == 0x10_A000);
     assert!(LEDGER.end() == 0x11_2000);
-    assert!(LEDGER.end() <= LOG.start());
+    assert!(CLOCK.end() == 0x11_4000);
+    assert!(CLOCK.end() <= LOG.start());
     assert!(LOG.end() == FLASH_BYTES);
 };

@@ -43,6 +43,12 @@ impl Check {
         let number = self.year.unwrap_or_else(this_year);
         let calendar = exhibit.plan_calendar().map_err(BuildError::from)?;
         let year = year(&calendar, &exhibit.plan_limits(), exhibit.full_level(), number);
+        if exhibit.lamps.ultraviolet_at_full_w_m2.is_none() {
+            output.note(
+                "note: `ultraviolet_at_full_w_m2` in [lamps] is not measured: the controller cannot tell a lamp that is \
+                 too bright, lit while it should be dark, or aged",
+            );
+        }
         if year.open_h == 0.0 {
             output.note(&format!("note: the schedule lights the exhibit never in {number}"));
         }
@@ -90,6 +96,11 @@ fn year_summary(exhibit: &Exhibit, year: &Year) -> String {
         year.dose_j_m2 / 1e6,
         year.year
     ));
+    if let Some(hours) = exhibit.presence.expected_h_a_day {
+        let kilojoules = exhibit.expected_dose_j_m2() / 1000.0;
+        lines
+            .push(format!("        expected {kilojoules:.1} kJ/m2 a day, with somebody there for {hours} h"));
+    }
     lines.join("\n")
 }
 

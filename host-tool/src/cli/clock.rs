@@ -3,6 +3,7 @@
 use clap::Args;
 use jiff::Timestamp;
 use miette::Report;
+use vitrine_exhibit::clock::ClockRecord;
 use vitrine_exhibit::units::UtcSeconds;
 use vitrine_protocol::status::{ClockSource, ClockState};
 
@@ -33,7 +34,9 @@ impl Clock {
             "now": clock.now.map(time_text),
             "source": source_text(clock.source),
             "ahead_of_this_computer_s": ahead_s,
-            "last_correction_s": clock.last_correction_s,
+            "last_correction_s": clock.record.last_error_s,
+            "last_set": clock.record.set_at.map(time_text),
+            "drift_s_per_day": seconds_a_day(clock.record),
             "set": self.set,
         });
         output.result(&told, || text(&clock, ahead_s, self.set));
@@ -45,14 +48,31 @@ fn text(clock: &ClockState, ahead_s: Option<i64>, set: bool) -> String {
     let Some(now) = clock.now else {
         return "the controller does not know the time: set it with `vitrine clock --set`".to_owned();
     };
-    let correction = match clock.last_correction_s {
+    let correction = match clock.record.last_error_s {
         Some(correction) if set => format!("; it was {correction} s ahead"),
         _ => ahead_s
             .filter(|ahead| *ahead != 0)
             .map(|ahead| format!("; {ahead} s ahead of this computer"))
             .unwrap_or_default(),
     };
-    format!("{} from {}{correction}", time_text(now), source_text(clock.source))
+    let mut lines = vec![format!("{} from {}{correction}", time_text(now), source_text(clock.source))];
+    lines.extend(clock.record.set_at.map(|at| format!("last set {}", time_text(at))));
+    lines.extend(drift_text(clock.record));
+    lines.join("\n")
+}
+
+/// What is known of the battery clock's drift; none while nothing is.
+pub(super) fn drift_text(record: ClockRecord) -> Option<String> {
+    let seconds = seconds_a_day(record);
+    let advice =
+        if record.drifts() { ", more than a sound crystal does: have the clock looked at" } else { "" };
+    let way = if seconds < 0.0 { "loses" } else { "gains" };
+    (record.drift_ppb != 0)
+        .then(|| format!("it {way} {:.1} s a day, which is corrected{advice}", seconds.abs()))
+}
+
+fn seconds_a_day(record: ClockRecord) -> f64 {
+    f64::from(record.drift_ppb) * 86_400.0 / 1e9
 }
 
 /// A time as ISO 8601 in UTC.

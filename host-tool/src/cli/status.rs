@@ -10,7 +10,7 @@ use vitrine::link::Client;
 use vitrine_exhibit::units::{CentiCelsius, Dose, Irradiance, Lamp, Level, PerLamp};
 use vitrine_protocol::{Status as Told, plan_file};
 
-use super::clock::{source_text, time_text};
+use super::clock::{drift_text, source_text, time_text};
 use super::connect::To;
 use super::output::Output;
 use super::words;
@@ -97,6 +97,9 @@ fn as_text(client: &Client, status: &Told, in_sync: Option<bool>) -> String {
             None => "not known: `vitrine clock --set`".to_owned(),
         },
     );
+    if let Some(drift) = drift_text(status.clock.record).filter(|_| status.clock.record.drifts()) {
+        line("", drift);
+    }
     line("starts", format!("{}, {} after a fault", snapshot.power_cycles, snapshot.watchdog_resets));
     lines.join("\n")
 }

@@ -107,6 +107,9 @@ fn days(reader: &mut TableReader<'_>) -> [bool; 7] {
         DeValue::Array(items) => items.iter().collect(),
         _ => vec![value],
     };
+    if items.is_empty() {
+        reader.report_value(value.span(), "`days` names no days".to_owned(), format!("write {DAYS_WANTED}"));
+    }
     let mut days = [false; 7];
     for item in items {
         let Some(text) = item.get_ref().as_str() else {

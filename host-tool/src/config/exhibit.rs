@@ -21,6 +21,10 @@ pub struct Exhibit {
     pub print: PrintSettings,
     /// The two lamps.
     pub lamps: LampSettings,
+    /// How viewers are followed.
+    pub visitors: VisitorSettings,
+    /// What happens when nobody is there.
+    pub presence: PresenceSettings,
     /// When the exhibit is lit; always, when empty.
     pub schedule: Vec<ScheduleRule>,
     /// The time zone and the closed days.
@@ -200,6 +204,83 @@ pub struct LampSettings {
     pub ceiling_w_m2: f64,
     /// The driver's curve: pairs of duty and level, both 0..=1, rising; linear when empty.
     pub calibration: Vec<[f64; 2]>,
+    /// What is done with duties below the driver's floor of 1 %.
+    pub below_floor: BelowFloorSetting,
+    /// What the ultraviolet sensor reads under the top lamp alone and under the bottom lamp alone at full level; `None`
+    /// where it was not measured: the lamps' light is not watched then.
+    pub ultraviolet_at_full_w_m2: Option<[f64; 2]>,
+}
+
+/// What is done with duties below the driver's floor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BelowFloorSetting {
+    /// The lamp is off.
+    Cut,
+    /// The floor's duty is given now and then, so that the mean is right.
+    Dither,
+}
+
+/// How viewers are followed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VisitorSettings {
+    /// Whose view is shown where several viewers stand at different views.
+    pub policy: PolicySetting,
+    /// What happens to the lamps while a viewer walks from one view to the next.
+    pub between: BetweenSetting,
+    /// How much nearer another view must be before it is chosen.
+    pub hysteresis_deg: f64,
+    /// How long it must have been nearer.
+    pub dwell_s: f64,
+    /// The least time that a chosen view is kept.
+    pub least_hold_s: f64,
+    /// Within this angle of an axis the choice between views on either side of it does not change.
+    pub dead_zone_deg: f64,
+    /// How long each viewer's view is shown where they alternate.
+    pub turn_s: f64,
+    /// How long each page of a direction is shown.
+    pub page_s: f64,
+    /// The time of a change from one lamp pair to another, over the whole range.
+    pub fade_s: f64,
+}
+
+/// Whose view is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PolicySetting {
+    /// Who has been there longest.
+    First,
+    /// Who stands nearest.
+    Nearest,
+    /// All: one lamp pair for all their views.
+    Shared,
+    /// Each in turn.
+    Alternating,
+}
+
+/// What happens between views.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BetweenSetting {
+    /// The nearest view's pair is kept until another is nearer.
+    Nearest,
+    /// The pair follows the viewer on a smooth path.
+    Smooth,
+}
+
+/// What happens when nobody is there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PresenceSettings {
+    /// How long the last view is kept after the last viewer has gone.
+    pub hold_s: f64,
+    /// How long the idle glow is kept after that; then dark.
+    pub idle_s: f64,
+    /// The time of the fade to the idle glow and to dark, over the whole range.
+    pub fade_s: f64,
+    /// The part of the neutral pair that is the idle glow, 0..=1.
+    pub idle_level: f64,
+    /// For how many hours of a day somebody is expected before the exhibit; `None` where nobody can tell.
+    pub expected_h_a_day: Option<f64>,
 }
 
 /// A rule that lights the exhibit on some days from one time to another.

@@ -9,7 +9,7 @@ use vitrine_exhibit::plan::calendar::MAX_RULES;
 use super::exhibit::Exhibit;
 use super::problem::{ConfigError, Problem};
 use super::reader::TableReader;
-use super::{calendar, tables};
+use super::{calendar, contradictions, tables, visitors};
 
 /// Reads the exhibit.toml at `path` and looks whether its pictures are there.
 ///
@@ -31,6 +31,9 @@ pub fn parse(path: &Path, text: &str) -> Result<Exhibit, ConfigError> {
     if problems.is_empty() {
         let folder = path.parent().unwrap_or(Path::new(""));
         let exhibit = read_root(root.get_ref(), folder, &mut problems);
+        if let Some(exhibit) = exhibit.as_ref().filter(|_| problems.is_empty()) {
+            contradictions::find(exhibit, root.get_ref(), &mut problems);
+        }
         if let Some(exhibit) = exhibit.filter(|_| problems.is_empty()) {
             return Ok(exhibit);
         }
@@ -59,6 +62,8 @@ fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Vec<Problem>) -> 
     let design = section("design", "[design]");
     let print = section("print", "[print]");
     let lamps = section("lamps", "[lamps]");
+    let visitors = section("visitors", "[visitors]");
+    let presence = section("presence", "[presence]");
     let calendar = section("calendar", "[calendar]");
     let limits = section("limits", "[limits]");
 
@@ -68,6 +73,8 @@ fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Vec<Problem>) -> 
     let design = tables::design(design, problems);
     let print = tables::print(print, problems);
     let lamps = tables::lamps(lamps, problems);
+    let visitors = visitors::visitors(visitors, problems);
+    let presence = visitors::presence(presence, problems);
     let calendar = calendar::calendar(calendar, problems);
     let limits = tables::limits(limits, problems);
 
@@ -93,7 +100,20 @@ fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Vec<Problem>) -> 
         ));
     }
     reader.finish(problems);
-    Some(Exhibit { name, stack, viewer, views, design, print, lamps, schedule, calendar, limits })
+    Some(Exhibit {
+        name,
+        stack,
+        viewer,
+        views,
+        design,
+        print,
+        lamps,
+        visitors,
+        presence,
+        schedule,
+        calendar,
+        limits,
+    })
 }
 
 /// The reader of one `[table]`, which may be left out.

@@ -4,6 +4,7 @@
 //! with its place and its remedy.
 
 mod calendar;
+mod contradictions;
 mod exhibit;
 mod load;
 mod plan;
@@ -11,6 +12,7 @@ mod problem;
 mod reader;
 mod request;
 mod tables;
+mod visitors;
 mod zone;
 
 pub use exhibit::{

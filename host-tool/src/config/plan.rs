@@ -4,13 +4,13 @@ use heapless::{String, Vec};
 use jiff::civil;
 use vitrine_exhibit::plan::calendar::{self, Calendar, ClosedDays, MinuteOfDay, Weekdays};
 use vitrine_exhibit::plan::{
-    CurvePoint, Emphasis, LampCalibration, Limits, Plan, PresenceSettings, View, ViewerSettings,
-    VolumeMetadata,
+    BelowFloor, Between, CurvePoint, Emphasis, LampCalibration, Limits, Plan, Policy, PresenceSettings, View,
+    ViewerSettings, VolumeMetadata,
 };
 use vitrine_exhibit::units::{CentiDegrees, Dose, Irradiance, Level, Milliseconds, PerLamp};
 
 use super::calendar::closed_spans;
-use super::exhibit::{Exhibit, ScheduleRule};
+use super::exhibit::{BelowFloorSetting, BetweenSetting, Exhibit, PolicySetting, ScheduleRule};
 use super::zone::{ZoneError, time_zone};
 use crate::optics::LampPair;
 
@@ -26,16 +26,15 @@ impl Exhibit {
         neutral: LampPair,
         volume_blake3: [u8; 32],
     ) -> Result<Plan, ZoneError> {
-        let lamp = self.lamp_calibration();
         Ok(Plan {
             name: shortened(&self.name),
             volume: self.volume_metadata(volume_blake3),
             views: self.plan_views(emphases),
             neutral: emphasis(neutral),
-            lamps: PerLamp::new(lamp.clone(), lamp),
+            lamps: PerLamp::new(self.lamp_calibration(0), self.lamp_calibration(1)),
             limits: self.plan_limits(),
-            viewer: ViewerSettings::default(),
-            presence: PresenceSettings::default(),
+            viewer: self.viewer_settings(),
+            presence: self.presence_settings(),
             calendar: self.plan_calendar()?,
         })
     }
@@ -67,6 +66,16 @@ impl Exhibit {
         }
     }
 
+    /// What one lamp that is wanted at full level gives in the hours of a day with somebody there, as the brightest
+    /// rule, the ceiling and the rests allow; 0 where nobody can tell the hours.
+    pub fn expected_dose_j_m2(&self) -> f64 {
+        let level = self.schedule.iter().map(|rule| rule.level).fold(f64::NAN, f64::max);
+        let level = if level.is_nan() { 1.0 } else { level };
+        let w_m2 = (self.lamps.irradiance_w_m2 * level).min(self.lamps.ceiling_w_m2);
+        let share = self.limits.continuous_s / (self.limits.continuous_s + self.limits.rest_s);
+        w_m2 * share * self.presence.expected_h_a_day.unwrap_or(0.0) * 3600.0
+    }
+
     /// Irradiance of one lamp at full level on the nearest film.
     pub fn full_level(&self) -> Irradiance {
         irradiance(self.lamps.irradiance_w_m2)
@@ -96,14 +105,53 @@ impl Exhibit {
         }
     }
 
-    fn lamp_calibration(&self) -> LampCalibration {
+    fn viewer_settings(&self) -> ViewerSettings {
+        let visitors = &self.visitors;
+        ViewerSettings {
+            policy: match visitors.policy {
+                PolicySetting::First => Policy::First,
+                PolicySetting::Nearest => Policy::Nearest,
+                PolicySetting::Shared => Policy::Shared,
+                PolicySetting::Alternating => Policy::Alternating,
+            },
+            between: match visitors.between {
+                BetweenSetting::Nearest => Between::Nearest,
+                BetweenSetting::Smooth => Between::Smooth,
+            },
+            hysteresis: centi_degrees(visitors.hysteresis_deg),
+            dwell: milliseconds(visitors.dwell_s),
+            least_hold: milliseconds(visitors.least_hold_s),
+            dead_zone: centi_degrees(visitors.dead_zone_deg),
+            turn: milliseconds(visitors.turn_s),
+            page: milliseconds(visitors.page_s),
+            fade: milliseconds(visitors.fade_s),
+        }
+    }
+
+    fn presence_settings(&self) -> PresenceSettings {
+        PresenceSettings {
+            hold: milliseconds(self.presence.hold_s),
+            idle: milliseconds(self.presence.idle_s),
+            fade: milliseconds(self.presence.fade_s),
+            idle_level: level(self.presence.idle_level),
+        }
+    }
+
+    /// The calibration of the top lamp (0) or of the bottom lamp (1).
+    pub(super) fn lamp_calibration(&self, lamp: usize) -> LampCalibration {
         let curve = self.lamps.calibration.iter();
         LampCalibration {
             full_level: self.full_level(),
             curve: curve
                 .map(|[duty, part]| CurvePoint { level: level(*part), duty: level(*duty).0 })
                 .collect(),
-            ..LampCalibration::default()
+            below_floor: match self.lamps.below_floor {
+                BelowFloorSetting::Cut => BelowFloor::Cut,
+                BelowFloorSetting::Dither => BelowFloor::Dither,
+            },
+            ultraviolet_at_full: irradiance(
+                self.lamps.ultraviolet_at_full_w_m2.map_or(0.0, |both| both[lamp]),
+            ),
         }
     }
 }
@@ -172,7 +220,10 @@ mod tests {
             [exhibit]\nname = \"Nächte\"\n\
             [[view]]\nid = \"right\"\npattern = \"photos/cat.jpg\"\nhorizontal_deg = 29.996\n\
             [[schedule]]\ndays = [\"mon-wed\", \"sun\"]\nfrom = \"22:00\"\nto = \"02:00\"\nlevel = 0.5\n\
-            [lamps]\ncalibration = [[0, 0], [0.25, 0.5], [1, 1]]\n\
+            [lamps]\ncalibration = [[0, 0], [0.25, 0.5], [1, 1]]\nbelow_floor = \"dither\"\n\
+            ultraviolet_at_full_w_m2 = [0.21, 0.105]\n\
+            [visitors]\npolicy = \"shared\"\nbetween = \"smooth\"\nhysteresis_deg = 3\ndwell_s = 0.5\n\
+            [presence]\nhold_s = 15\nidle_level = 0.25\n\
             [calendar]\ntime_zone = \"Europe/Berlin\"\nclosed = [\"2026-12-25\", \"2026-12-24\"]\n";
         let exhibit =
             parse(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("exhibit.toml"), text).unwrap();
@@ -185,6 +236,25 @@ mod tests {
         assert_eq!(plan.calendar.closed.len(), 1);
         assert_eq!(plan.lamps.top.curve[1], CurvePoint { level: Level(32_768), duty: 16_384 });
         assert_eq!(plan.volume.width_um, 35_000);
+        assert_eq!(plan.lamps.bottom.below_floor, BelowFloor::Dither);
+        let ultraviolet = plan.lamps.clone().map(|lamp| lamp.ultraviolet_at_full);
+        assert_eq!(ultraviolet, PerLamp::new(Irradiance(210), Irradiance(105)));
+        assert_eq!((plan.viewer.policy, plan.viewer.between), (Policy::Shared, Between::Smooth));
+        assert_eq!((plan.viewer.hysteresis, plan.viewer.dwell), (CentiDegrees(300), Milliseconds(500)));
+        assert_eq!((plan.presence.hold, plan.presence.idle_level), (Milliseconds(15_000), Level(16_384)));
         assert!(ValidPlan::new(plan).is_ok());
+    }
+
+    #[test]
+    fn what_is_left_out_is_the_firmwares_default() {
+        let text = "[[view]]\nid = \"front\"\npattern = \"photos/cat.jpg\"\n";
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("exhibit.toml");
+        let plan = parse(&path, text).unwrap().plan(&[LampPair::FULL], LampPair::FULL, [7; 32]).unwrap();
+        assert_eq!(plan.viewer, ViewerSettings::default());
+        assert_eq!(plan.limits, Limits::default());
+        assert_eq!(plan.lamps, PerLamp::default());
+        let idle_level = plan.presence.idle_level;
+        assert_eq!(PresenceSettings { idle_level, ..PresenceSettings::default() }, plan.presence);
+        assert!(idle_level.0.abs_diff(PresenceSettings::default().idle_level.0) <= 1);
     }
 }

@@ -10,8 +10,8 @@ use vitrine_exhibit::plan::{MAX_CURVE, MAX_VIEWS};
 use vitrine_exhibit::units::{Dose, Irradiance, Milliseconds};
 
 use super::exhibit::{
-    DesignSettings, FrameSetting, LampSetting, LampSettings, LimitSettings, MethodSetting, OpticsSetting,
-    PrintSettings, StackSettings, ToneSetting, ViewSettings, ViewerSettings,
+    BelowFloorSetting, DesignSettings, FrameSetting, LampSetting, LampSettings, LimitSettings, MethodSetting,
+    OpticsSetting, PrintSettings, StackSettings, ToneSetting, ViewSettings, ViewerSettings,
 };
 use super::problem::Problem;
 use super::reader::{Bounds, TableReader, as_number, as_whole};
@@ -416,13 +416,40 @@ pub(super) fn lamps(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) ->
     let (hardware, firmware) = (watts(limits::HARDWARE_CEILING), watts(limits::CEILING));
     let irradiance = bounds(0.01, hardware, "the sense resistors hold a lamp to 50 W/m2");
     let ceiling = bounds(0.01, firmware, "the firmware cuts above 20 W/m2");
+    let below_floor = reader
+        .choice("below_floor", &[("cut", BelowFloorSetting::Cut), ("dither", BelowFloorSetting::Dither)]);
     let settings = LampSettings {
         irradiance_w_m2: reader.number("irradiance_w_m2", 10.0, irradiance),
         ceiling_w_m2: reader.number("ceiling_w_m2", 10.0, ceiling),
         calibration: calibration(&mut reader),
+        below_floor: below_floor.unwrap_or(BelowFloorSetting::Cut),
+        ultraviolet_at_full_w_m2: ultraviolet_at_full(&mut reader),
     };
     reader.finish(problems);
     settings
+}
+
+/// `ultraviolet_at_full_w_m2 = [top, bottom]`, or `"not measured"`.
+fn ultraviolet_at_full(reader: &mut TableReader<'_>) -> Option<[f64; 2]> {
+    const KEY: &str = "ultraviolet_at_full_w_m2";
+    const WANTED: &str = "what the sensor reads under each lamp alone, [top, bottom], or \"not measured\"";
+    let value = reader.raw(KEY)?;
+    if value.get_ref().as_str() == Some("not measured") {
+        return None;
+    }
+    let readings: Option<Vec<f64>> = value
+        .get_ref()
+        .as_array()
+        .and_then(|pair| pair.iter().map(|reading| as_number(reading.get_ref())).collect());
+    let Some(Ok(pair)) = readings.map(<[f64; 2]>::try_from) else {
+        reader.report_type(KEY, value, WANTED);
+        return None;
+    };
+    // The plan keeps mW/m2, and a reading of nothing cannot be held against a lamp.
+    let range =
+        bounds(0.001, watts(limits::HARDWARE_CEILING), "read it at commissioning, one lamp at a time");
+    let checked = pair.map(|reading| reader.check_number(KEY, reading, value.span(), range));
+    checked.iter().all(Option::is_some).then_some(pair)
 }
 
 fn watts(irradiance: Irradiance) -> f64 {

@@ -1,7 +1,5 @@
 //! The simulated controller itself: the firmware's crates, wired as on the board.
 
-use std::time::{SystemTime, UNIX_EPOCH};
-
 use vitrine_exhibit::{
     Snapshot, State, events,
     governor::LampCommand,
@@ -17,11 +15,11 @@ use vitrine_protocol::{
     message::{LogPage, MAX_LOG_ENTRIES},
     plan_file::{self, MAX_PLAN_BYTES},
     server::Incoming,
-    status::{ClockSource, ClockState, PlanState},
+    status::{ClockState, PlanState},
 };
 use vitrine_storage::{EventLog, Ledger, Record, Writer, map::PLAN};
 
-use super::{FlashFile, Noise, Surroundings, Viewer, Walk, thermal_frames};
+use super::{Clock, FlashFile, Noise, Surroundings, Viewer, Walk, thermal_frames, time::Time};
 
 /// The time of one step.
 const STEP_MS: u32 = 10;
@@ -29,17 +27,6 @@ const STEP_MS: u32 = 10;
 const FRAME_EVERY_MS: u64 = 100;
 /// Levels that have not changed for so long are steady.
 const STEADY_MS: u32 = 100;
-
-/// Where the controller's time comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Clock {
-    /// The computer's clock.
-    Computer,
-    /// A clock that stood at this time at the start, and goes with the simulated time.
-    Simulated(UtcSeconds),
-    /// Nobody has set it.
-    Unset,
-}
 
 struct ActivePlan {
     plan: ValidPlan,
@@ -62,9 +49,7 @@ pub struct VirtualController {
     steady_ms: u32,
     time_ms: u64,
     remainder_ms: u32,
-    clock: Clock,
-    host_clock: Option<(UtcSeconds, u64)>,
-    last_correction_s: Option<i32>,
+    time: Time,
     walk: Walk,
     viewer: Option<Option<Viewer>>,
     noise: Noise,
@@ -81,6 +66,7 @@ impl VirtualController {
     pub fn new(mut flash: FlashFile, clock: Clock) -> Result<Self, Refusal> {
         let (ledger, record) = Ledger::open(&mut flash).map_err(storage_failed)?;
         let log = EventLog::open(&mut flash).map_err(storage_failed)?;
+        let time = Time::new(clock, vitrine_storage::clock::read(&mut flash).map_err(storage_failed)?);
         let mut controller = Self {
             name: "SIMULATED".to_owned(),
             flash,
@@ -96,9 +82,7 @@ impl VirtualController {
             steady_ms: STEADY_MS,
             time_ms: 0,
             remainder_ms: 0,
-            clock,
-            host_clock: None,
-            last_correction_s: None,
+            time,
             walk: Walk::nobody(),
             viewer: None,
             noise: Noise::new(),
@@ -219,15 +203,7 @@ impl VirtualController {
     }
 
     fn now(&self) -> Option<UtcSeconds> {
-        let passed = |since_ms: u64| i64::try_from((self.time_ms - since_ms) / 1_000).unwrap_or(i64::MAX);
-        if let Some((set_to, at_ms)) = self.host_clock {
-            return Some(UtcSeconds(set_to.0 + passed(at_ms)));
-        }
-        match self.clock {
-            Clock::Computer => Some(computer_time()),
-            Clock::Simulated(start) => Some(UtcSeconds(start.0 + passed(0))),
-            Clock::Unset => None,
-        }
+        self.time.now(self.time_ms)
     }
 
     /// Reads the newest plan in flash. One that this firmware cannot take is none.
@@ -286,18 +262,13 @@ impl Controller for VirtualController {
     }
 
     fn clock(&mut self) -> ClockState {
-        let source = match (self.host_clock, self.clock) {
-            (Some(_), _) => ClockSource::Host,
-            (None, Clock::Unset) => ClockSource::Nothing,
-            (None, Clock::Computer) => ClockSource::Computer,
-            (None, Clock::Simulated(_)) => ClockSource::Battery,
-        };
-        ClockState { now: self.now(), source, last_correction_s: self.last_correction_s }
+        self.time.state(self.time_ms)
     }
 
     fn set_clock(&mut self, now: UtcSeconds) -> Result<(), Refusal> {
-        self.last_correction_s = self.now().and_then(|before| i32::try_from(before.0 - now.0).ok());
-        self.host_clock = Some((now, self.time_ms));
+        let record = self.time.record_of(now, self.time_ms);
+        vitrine_storage::clock::store(&mut self.flash, &record).map_err(storage_failed)?;
+        self.time.set(now, self.time_ms, record);
         Ok(())
     }
 
@@ -369,9 +340,4 @@ impl Controller for VirtualController {
 
 fn storage_failed<E>(_: vitrine_storage::Error<E>) -> Refusal {
     Refusal::StorageFailed
-}
-
-fn computer_time() -> UtcSeconds {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    UtcSeconds(i64::try_from(since.as_secs()).unwrap_or(i64::MAX))
 }

@@ -10,12 +10,14 @@ mod machine;
 mod room;
 mod serve;
 mod surroundings;
+mod time;
 
 pub use flash::{FlashError, FlashFile};
-pub use machine::{Clock, VirtualController};
+pub use machine::VirtualController;
 pub use room::{Noise, Viewer, Walk, thermal_frames};
 pub use serve::{DEFAULT_PORT, Pace, ServeError, Served, serve};
 pub use surroundings::Surroundings;
+pub use time::Clock;
 
 #[cfg(test)]
 mod tests;

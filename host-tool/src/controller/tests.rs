@@ -1,6 +1,6 @@
 use vitrine_exhibit::{
     events::Event,
-    units::{Lamp, Level},
+    units::{Lamp, Level, UtcSeconds},
     viewer::Bearing,
 };
 
@@ -109,7 +109,7 @@ fn boards_warm_up_under_the_lamps() {
 #[test]
 fn the_log_keeps_the_dose_of_each_day() {
     // 2026-11-22T20:37:42Z, and a plan without a time zone.
-    let evening = vitrine_exhibit::units::UtcSeconds(1_795_379_862);
+    let evening = UtcSeconds(1_795_379_862);
     let mut controller =
         VirtualController::new(FlashFile::in_memory(), Clock::Simulated(evening)).expect("readable");
     load_plan(&mut controller);
@@ -134,4 +134,33 @@ fn the_log_keeps_the_dose_of_each_day() {
     let life = controller.snapshot().life_dose.map(|dose| dose.0 / 1_000_000);
     assert!(u64::from(top) > life.top / 2 && u64::from(top) < life.top, "{top} of {life:?}");
     assert!(u64::from(bottom) > life.bottom / 2 && u64::from(bottom) < life.bottom, "{bottom} of {life:?}");
+}
+
+/// A battery clock that gains 52 s in a month is set twice, a month apart, with the power off between: from then on
+/// what it shows is corrected, also after a start.
+#[test]
+fn the_battery_clocks_drift_is_learnt_kept_and_corrected() {
+    let set_at = 1_795_379_862;
+    let month = 30 * 86_400;
+    let start =
+        |flash, shows| VirtualController::new(flash, Clock::Simulated(UtcSeconds(shows))).expect("readable");
+    let mut controller = start(FlashFile::in_memory(), set_at - 3_600);
+    controller.set_clock(UtcSeconds(set_at)).expect("set");
+    assert_eq!(controller.clock().record.last_error_s, Some(-3_600));
+
+    let mut controller = start(controller.power_off(), set_at + month + 52);
+    assert_eq!(
+        controller.clock().now,
+        Some(UtcSeconds(set_at + month + 52)),
+        "nothing is known of its drift yet"
+    );
+    controller.set_clock(UtcSeconds(set_at + month)).expect("set");
+    let record = controller.clock().record;
+    assert_eq!((record.last_error_s, record.drift_ppb / 1_000), (Some(52), 20));
+
+    let mut controller = start(controller.power_off(), set_at + 2 * month + 52);
+    assert_eq!(controller.clock().record, record);
+    assert_eq!(controller.clock().now, Some(UtcSeconds(set_at + 2 * month)));
+    controller.advance(1_500);
+    assert_eq!(controller.snapshot().now, Some(UtcSeconds(set_at + 2 * month + 1)));
 }

@@ -55,6 +55,25 @@ fn check_shows_the_year_and_what_it_costs() {
     assert!(text.contains("30 kJ/m2 in 50 minutes"), "{text}");
 }
 
+#[test]
+fn check_tells_what_is_not_measured_and_refuses_what_cannot_be_kept() {
+    let workshop = Workshop::small();
+    let told = |more: &str| {
+        workshop.write("exhibit.toml", format!("{}{more}", super::support::SMALL));
+        workshop.run(&["check", "exhibit.toml", "--quick"])
+    };
+    assert!(told("").stderr.contains("`ultraviolet_at_full_w_m2` in [lamps] is not measured"));
+    let measured =
+        told("[lamps]\nultraviolet_at_full_w_m2 = [0.2, 0.1]\n[presence]\nexpected_h_a_day = 0.5\n");
+    assert!(!measured.stderr.contains("not measured"), "{}", measured.stderr);
+    assert!(measured.stdout.contains("expected 16.4 kJ/m2 a day"), "{}", measured.stdout);
+    let lines = super::support::SMALL.lines().count();
+    let refused = told("[[schedule]]\nlevel = 0\n");
+    assert_eq!(refused.code, Some(1));
+    assert!(refused.stderr.contains("vitrine::config::contradiction"), "{}", refused.stderr);
+    assert!(refused.stderr.contains(&format!("exhibit.toml:{}:1", lines + 1)), "{}", refused.stderr);
+}
+
 /// The README's own commands, with a design small enough for a test.
 #[test]
 fn the_commands_of_the_readme_work() {

@@ -6,6 +6,7 @@ use heapless::String;
 use serde::de::DeserializeOwned;
 use vitrine_exhibit::{
     Presence, Snapshot,
+    clock::ClockRecord,
     events::{Cut, Cuts, DarkReason, Event},
     interlock::InterlockState,
     units::{CentiCelsius, Dose, Irradiance, Lamp, Level, Milliseconds, Millivolts, PerLamp, UtcSeconds},
@@ -47,7 +48,7 @@ pub(super) fn clock() -> ClockState {
     ClockState {
         now: Some(UtcSeconds(1_795_379_862)),
         source: ClockSource::Battery,
-        last_correction_s: Some(-3),
+        record: ClockRecord { last_error_s: Some(-3), ..ClockRecord::default() },
     }
 }
 
@@ -126,7 +127,11 @@ pub(super) fn largest_status() -> Status {
         clock: ClockState {
             now: Some(UtcSeconds(i64::MAX)),
             source: ClockSource::Computer,
-            last_correction_s: Some(i32::MIN),
+            record: ClockRecord {
+                set_at: Some(UtcSeconds(i64::MIN)),
+                drift_ppb: i32::MIN,
+                last_error_s: Some(i32::MIN),
+            },
         },
         plan: Some(PlanState {
             crc: u32::MAX,

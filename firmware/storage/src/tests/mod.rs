@@ -1,5 +1,6 @@
 //! Behaviour of the stores, above all when the power goes.
 
+mod clock;
 mod ring;
 mod slots;
 mod typed;

@@ -167,7 +167,7 @@ fn the_clock_is_read_and_set_and_remembers_its_correction() {
     served.controller().advance(10_000);
     assert_eq!(client.clock().expect("clock").now, Some(UtcSeconds(NOW.0 + 10)));
     let clock = client.set_clock(UtcSeconds(NOW.0 + 7)).expect("set");
-    assert_eq!((clock.now, clock.last_correction_s), (Some(UtcSeconds(NOW.0 + 7)), Some(3)));
+    assert_eq!((clock.now, clock.record.last_error_s), (Some(UtcSeconds(NOW.0 + 7)), Some(3)));
     let error = client.set_clock(UtcSeconds(5)).expect_err("refused");
     assert!(matches!(error, LinkError::Refused { refusal: Refusal::ImplausibleTime, .. }));
 }
