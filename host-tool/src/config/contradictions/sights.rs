@@ -18,7 +18,7 @@ pub(super) fn find(exhibit: &Exhibit, places: &Places<'_>, problems: &mut Vec<Pr
                      the other is never chosen",
                     other.id, view.id, exhibit.visitors.hysteresis_deg
                 );
-                let help = "part them, give them the same direction, or lower `hysteresis_deg` in [visitors]";
+                let help = "part them, or lower `hysteresis_deg` in [visitors]";
                 problems.push(contradiction(place(places, index), message, help));
             } else if is_in_dead_zone(view, other, &exhibit.visitors) {
                 let message = format!(

@@ -206,7 +206,6 @@ fn views_that_are_never_chosen_are_refused() {
     let found = problems(&other("3"));
     assert!(found.len() == 1 && found[0].1.contains("hysteresis"), "{found:?}");
     agrees(&other("4.5"));
-    agrees(&other("0"));
     let sides = format!("{}\n{}", other("-4.5"), other("4.5").replace("other", "another"));
     let found = problems(&sides);
     assert!(found.len() == 1 && found[0].1.contains("dead zone"), "{found:?}");
