@@ -11,6 +11,7 @@ pub mod measure;
 pub mod optics;
 pub mod picture;
 pub mod projection;
+mod simd;
 pub mod stack;
 pub mod starter;
 pub mod volume;

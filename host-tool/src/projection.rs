@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use crate::optics::Direction;
 use crate::picture::Picture;
+use crate::simd::vectorised;
 use crate::stack::Stack;
 use crate::volume::{CHANNELS, Volume};
 use axis::Axis;
@@ -145,9 +146,14 @@ impl Rays {
     pub fn project(&self, films: &[f32], weights: &[f32], picture: &mut [f32]) {
         picture.par_chunks_mut(self.width * ROWS_AT_ONCE).enumerate().for_each(|(chunk, rows)| {
             let mut scratch = vec![0.0; self.width];
-            for (index, target) in rows.chunks_mut(self.width).enumerate() {
-                self.project_row(chunk * ROWS_AT_ONCE + index, films, weights, target, &mut scratch);
-            }
+            vectorised(
+                #[inline(always)]
+                || {
+                    for (index, target) in rows.chunks_mut(self.width).enumerate() {
+                        self.project_row(chunk * ROWS_AT_ONCE + index, films, weights, target, &mut scratch);
+                    }
+                },
+            );
         });
     }
 
@@ -165,6 +171,7 @@ impl Rays {
     }
 
     /// Adds one row of the picture to `target`; `scratch` holds one row.
+    #[inline(always)]
     pub(crate) fn project_row(
         &self,
         row: usize,
@@ -183,6 +190,7 @@ impl Rays {
 
     /// Adds to `target`, row `row` of film `film`, the transpose of the projection applied to `picture`;
     /// `scratch` holds one row.
+    #[inline(always)]
     pub(crate) fn back_project_row(
         &self,
         film: usize,
@@ -199,15 +207,18 @@ impl Rays {
     }
 
     /// For views whose rows are apart: adds to `target` what the rows of all films (film, column) show.
-    pub fn project_line(&self, lines: &[f32], weights: &[f32], target: &mut [f32]) {
+    #[inline(always)]
+    pub(crate) fn project_line(&self, lines: &[f32], weights: &[f32], target: &mut [f32]) {
         for ((line, rays), &weight) in lines.chunks_exact(self.width).zip(&self.films).zip(weights) {
             rays.columns.add(line, weight, target);
         }
     }
 
-    /// For views whose rows are apart: adds the transpose of [`Rays::project_line`] to `lines`.
-    pub fn back_project_line(&self, picture: &[f32], weights: &[f32], lines: &mut [f32]) {
-        for ((line, rays), &weight) in lines.chunks_exact_mut(self.width).zip(&self.films).zip(weights) {
+    /// For views whose rows are apart: adds to `line`, a row of film `film`, the transpose of
+    /// [`Rays::project_line`] applied to `picture`.
+    #[inline(always)]
+    pub(crate) fn back_project_line(&self, film: usize, picture: &[f32], weight: f32, line: &mut [f32]) {
+        if let Some(rays) = self.films.get(film) {
             rays.columns.add_transposed(picture, weight, line);
         }
     }

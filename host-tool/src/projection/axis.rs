@@ -90,6 +90,7 @@ impl Axis {
     }
 
     /// Adds `weight` times the interpolated film line to the picture line.
+    #[inline(always)]
     pub(super) fn add(&self, film: &[f32], weight: f32, picture: &mut [f32]) {
         for run in &self.runs {
             let len = run.end - run.start;
@@ -114,36 +115,38 @@ impl Axis {
     }
 
     /// Adds `weight` times the transpose of the interpolation, applied to the picture line, to the film line.
+    #[inline(always)]
     pub(super) fn add_transposed(&self, picture: &[f32], weight: f32, film: &mut [f32]) {
         for run in &self.runs {
             let len = run.end - run.start;
             let source = &picture[run.start..run.end];
+            let target = &mut film[run.film_start..run.film_start + len + 1];
+            let (first, before, after) = (source[0], &source[..len - 1], &source[1..]);
             match run.fraction {
                 Some(fraction) => {
                     let (a, b) = (weight * (1.0 - fraction), weight * fraction);
-                    let target = &mut film[run.film_start..run.film_start + len + 1];
-                    target[0] += a * source[0];
-                    for ((value, &here), &before) in target[1..len].iter_mut().zip(&source[1..]).zip(source) {
+                    target[0] += a * first;
+                    for ((value, &here), &before) in target[1..len].iter_mut().zip(after).zip(before) {
                         *value += a * here + b * before;
                     }
                     target[len] += b * source[len - 1];
                 }
                 None => {
                     let fractions = &self.fraction[run.start..run.end];
-                    let lower = &mut film[run.film_start..run.film_start + len];
-                    for ((value, &s), &f) in lower.iter_mut().zip(source).zip(fractions) {
-                        *value += weight * (s - f * s);
+                    target[0] += weight * (first - fractions[0] * first);
+                    let near = after.iter().zip(&fractions[1..]);
+                    let far = before.iter().zip(&fractions[..len - 1]);
+                    for ((value, (&here, &f)), (&before, &g)) in target[1..len].iter_mut().zip(near).zip(far) {
+                        *value += weight * ((here - f * here) + g * before);
                     }
-                    let upper = &mut film[run.film_start + 1..run.film_start + 1 + len];
-                    for ((value, &s), &f) in upper.iter_mut().zip(source).zip(fractions) {
-                        *value += weight * (f * s);
-                    }
+                    target[len] += weight * fractions[len - 1] * source[len - 1];
                 }
             }
         }
     }
 
     /// Returns the line of `plane` (film rows) that picture row `row` samples, or nothing when it meets none.
+    #[inline(always)]
     pub(super) fn gather<'a>(
         &self,
         row: usize,
@@ -167,6 +170,7 @@ impl Axis {
     }
 
     /// Returns the sum of the picture rows that sample film row `row`, or nothing when none does.
+    #[inline(always)]
     pub(super) fn gather_transposed<'a>(
         &self,
         row: usize,
