@@ -40,7 +40,7 @@ fn main() {
         let mut number = || arguments.next().and_then(|text| text.parse::<f64>().ok()).expect("a number");
         match argument.as_str() {
             "--pixels" => pixels = Some(number() as usize),
-            "--structure" => settings.structure = number(),
+            "--structure" => settings.structure = Some(number()),
             "--brightness" => settings.brightness = number(),
             "--balance" => settings.balance = number(),
             "--iterations" => settings.iterations = number() as usize,
@@ -58,7 +58,13 @@ fn main() {
         let trace = std::env::var("TRACE").is_ok();
         let found = design(&wanted, &mut |progress| {
             if trace {
-                println!("{:.3} {} {} {:?}", begin.elapsed().as_secs_f64(), progress.stage, progress.done, progress.quality_db);
+                println!(
+                    "{:.3} {} {} {:?}",
+                    begin.elapsed().as_secs_f64(),
+                    progress.stage,
+                    progress.done,
+                    progress.quality_db
+                );
             }
         })
         .expect("a design");

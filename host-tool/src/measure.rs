@@ -1,12 +1,18 @@
 //! Measures of quality: how well a projection shows its pattern, and at what cost in light.
 
+mod percentiles;
 mod similarity;
+mod sums;
+
+use rayon::prelude::*;
 
 use crate::design::Tone;
 use crate::picture::{Picture, srgb_encode};
 use crate::volume::Volume;
 
+pub use percentiles::percentiles;
 pub use similarity::structural_similarity;
+use sums::sums;
 
 /// How well one projection shows its pattern.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,11 +61,15 @@ pub fn fit(projection: &Picture, pattern: &Picture, tone: Tone) -> Fitted {
 
 /// Returns the gain g that makes `g * values` nearest to `wanted`; 0 when all values are 0.
 pub fn least_squares_gain(values: &[f32], wanted: &[f32]) -> f64 {
-    let (mut product, mut square) = (0.0, 0.0);
-    for (&value, &wanted) in values.iter().zip(wanted) {
-        product += f64::from(value) * f64::from(wanted);
-        square += f64::from(value) * f64::from(value);
-    }
+    let [product, square] = sums(
+        values,
+        wanted,
+        #[inline(always)]
+        |value, wanted| {
+            let (value, wanted) = (f64::from(value), f64::from(wanted));
+            [value * wanted, value * value]
+        },
+    );
     if square > 0.0 { (product / square).max(0.0) } else { 0.0 }
 }
 
@@ -71,7 +81,15 @@ pub fn psnr_db(picture: &Picture, pattern: &Picture) -> f64 {
 
 /// Returns the mean of the squared differences.
 pub fn mean_square_error(values: &[f32], wanted: &[f32]) -> f64 {
-    let sum: f64 = values.iter().zip(wanted).map(|(&a, &b)| f64::from(a - b) * f64::from(a - b)).sum();
+    let [sum] = sums(
+        values,
+        wanted,
+        #[inline(always)]
+        |value, wanted| {
+            let error = f64::from(value - wanted);
+            [error * error]
+        },
+    );
     sum / values.len().max(1) as f64
 }
 
@@ -87,9 +105,8 @@ pub fn measure(
 ) -> (Quality, Picture) {
     let pattern = patterns[own];
     let Fitted { gain, picture } = fit(projection, pattern, tone);
-    let mut sorted: Vec<f32> = projection.values().to_vec();
-    let bright = percentile(&mut sorted, 99.5);
-    let contrast = percentile(&mut sorted, 99.0) / percentile(&mut sorted, 1.0).max(1e-9);
+    let [bright, light, shade] = percentiles(projection.values(), [99.5, 99.0, 1.0]);
+    let contrast = light / shade.max(1e-9);
     let error: Vec<f32> = picture.values().iter().zip(pattern.values()).map(|(a, b)| a - b).collect();
     let others = patterns.iter().enumerate().filter(|(index, _)| *index != own);
     let cross_talk = others
@@ -109,43 +126,44 @@ pub fn measure(
 
 /// Returns the 99.9th percentile of a volume's ink, to 1 part in 65,535: its brightest ink, outliers aside.
 pub fn brightest_ink(volume: &Volume) -> f64 {
-    let mut counts = vec![0u64; 65_536];
-    for &value in volume.values() {
-        counts[(value.clamp(0.0, 1.0) * 65_535.0).round() as usize] += 1;
-    }
+    const FULL: f32 = 65_535.0;
+    let none = || vec![0u64; FULL as usize + 1];
+    let counts = volume
+        .values()
+        .par_chunks(1 << 20)
+        .fold(none, |mut counts, values| {
+            for value in values {
+                counts[(value.clamp(0.0, 1.0) * FULL + 0.5) as usize] += 1;
+            }
+            counts
+        })
+        .reduce(none, |mut sum, counts| {
+            sum.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+            sum
+        });
     let wanted = ((volume.values().len() as f64 - 1.0) * 0.999).floor() as u64;
     let mut seen = 0;
     let position = counts.iter().position(|&count| {
         seen += count;
         seen > wanted
     });
-    position.unwrap_or(0) as f64 / 65_535.0
-}
-
-/// Returns the percentile `percent` of the values, interpolated linearly between ranks; their order changes.
-pub fn percentile(values: &mut [f32], percent: f64) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let rank = (values.len() - 1) as f64 * percent / 100.0;
-    let (_, &mut below, rest) = values.select_nth_unstable_by(rank.floor() as usize, f32::total_cmp);
-    let above = rest.iter().copied().fold(f32::INFINITY, f32::min);
-    let above = if above.is_finite() { above } else { below };
-    f64::from(below) + rank.fract() * f64::from(above - below)
+    position.unwrap_or(0) as f64 / f64::from(FULL)
 }
 
 /// Returns Pearson's correlation of two rows of numbers; 0 when either does not vary.
 pub fn correlation(a: &[f32], b: &[f32]) -> f64 {
-    let mean =
-        |values: &[f32]| values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len().max(1) as f64;
-    let (mean_a, mean_b) = (mean(a), mean(b));
-    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
-    for (&x, &y) in a.iter().zip(b) {
-        let (x, y) = (f64::from(x) - mean_a, f64::from(y) - mean_b);
-        ab += x * y;
-        aa += x * x;
-        bb += y * y;
-    }
+    let count = a.len().max(1) as f64;
+    let [sum_a, sum_b] = sums(a, b, |x, y| [f64::from(x), f64::from(y)]);
+    let (mean_a, mean_b) = (sum_a / count, sum_b / count);
+    let [ab, aa, bb] = sums(
+        a,
+        b,
+        #[inline(always)]
+        |x, y| {
+            let (x, y) = (f64::from(x) - mean_a, f64::from(y) - mean_b);
+            [x * y, x * x, y * y]
+        },
+    );
     if aa * bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 }
 }
 
@@ -156,9 +174,19 @@ fn best_encoded_gain(projection: &Picture, pattern: &Picture, start: f64) -> f64
     }
     // Of a large picture one value in 29 tells the gain to four digits; usual widths share no factor with it.
     let stride = if projection.values().len() > 100_000 { 29 } else { 1 };
+    let sample = |picture: &Picture| picture.values().iter().copied().step_by(stride).collect::<Vec<f32>>();
+    let (seen, wanted) = (sample(projection), sample(pattern));
     let error = |gain: f64| {
-        let pairs = projection.values().iter().zip(pattern.values()).step_by(stride);
-        pairs.map(|(&p, &t)| f64::from(srgb_encode(gain as f32 * p) - t).powi(2)).sum::<f64>()
+        let [sum] = sums(
+            &seen,
+            &wanted,
+            #[inline(always)]
+            |seen, wanted| {
+                let error = srgb_encode(gain as f32 * seen) - wanted;
+                [f64::from(error * error)]
+            },
+        );
+        sum
     };
     let golden = (5f64.sqrt() - 1.0) / 2.0;
     let (mut low, mut high) = ((start / 5.0).ln(), (start * 5.0).ln());

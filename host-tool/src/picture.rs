@@ -1,6 +1,7 @@
 //! Pictures: planar RGB in 0..=1, read from and written to files.
 
 mod jpeg;
+mod srgb;
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -9,9 +10,17 @@ use fast_image_resize::images::TypedImage;
 use fast_image_resize::pixels::F32;
 use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
 use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageReader};
+use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::simd::vectorised;
 use crate::volume::CHANNELS;
+
+pub(crate) use srgb::{STEEPEST, srgb_encode_with_slope};
+pub use srgb::{srgb_decode, srgb_encode};
+
+/// Values that one task of the thread pool converts.
+const VALUES_AT_ONCE: usize = 1 << 14;
 
 /// A picture of red, green and blue values, planar: channel, row, column.
 ///
@@ -118,8 +127,15 @@ impl Picture {
     }
 
     /// Returns the picture with `convert` applied to every value.
-    pub fn map(&self, convert: impl Fn(f32) -> f32) -> Self {
-        Self { values: self.values.iter().map(|&value| convert(value)).collect(), ..*self }
+    pub fn map(&self, convert: impl Fn(f32) -> f32 + Sync) -> Self {
+        let mut values = self.values.clone();
+        values.par_chunks_mut(VALUES_AT_ONCE).for_each(|values| {
+            vectorised(
+                #[inline(always)]
+                || values.iter_mut().for_each(|value| *value = convert(*value)),
+            );
+        });
+        Self { values, ..*self }
     }
 
     /// Returns the light that the code values stand for.
@@ -267,18 +283,6 @@ pub fn write_png_rgb8(path: &Path, pixels: &[u8], width: usize, height: usize) -
         })?;
     file.persist(path).map_err(|error| fail(error.error))?;
     Ok(())
-}
-
-/// Returns the light, 0..=1, that an sRGB code value stands for (IEC 61966-2-1).
-pub fn srgb_decode(code: f32) -> f32 {
-    let code = code.clamp(0.0, 1.0);
-    if code <= 0.040_45 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
-}
-
-/// Returns the sRGB code value that stands for light in 0..=1 (IEC 61966-2-1).
-pub fn srgb_encode(light: f32) -> f32 {
-    let light = light.clamp(0.0, 1.0);
-    if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
 }
 
 #[cfg(test)]

@@ -170,9 +170,10 @@ impl Rays {
         });
     }
 
-    /// Adds one row of the picture to `target`; `scratch` holds one row.
+    /// Adds to `target` what row `row` of the picture shows; `films` is film, row, column, and `scratch` holds
+    /// one row.
     #[inline(always)]
-    pub(crate) fn project_row(
+    fn project_row(
         &self,
         row: usize,
         films: &[f32],
@@ -180,9 +181,29 @@ impl Rays {
         target: &mut [f32],
         scratch: &mut [f32],
     ) {
-        let size = self.width * self.height;
+        let (width, size) = (self.width, self.width * self.height);
         for ((plane, rays), &weight) in films.chunks_exact(size).zip(&self.films).zip(weights) {
-            if let Some(source) = rays.rows.gather(row, plane, scratch) {
+            let line = |at: usize| &plane[at * width..(at + 1) * width];
+            if let Some(source) = rays.rows.gather(row, line, scratch) {
+                rays.columns.add(source, weight, target);
+            }
+        }
+    }
+
+    /// As [`Rays::project_row`], for films kept as row, film, column.
+    #[inline(always)]
+    pub(crate) fn project_row_of_lines(
+        &self,
+        row: usize,
+        lines: &[f32],
+        weights: &[f32],
+        target: &mut [f32],
+        scratch: &mut [f32],
+    ) {
+        let (width, films) = (self.width, self.films.len());
+        for (film, (rays, &weight)) in self.films.iter().zip(weights).enumerate() {
+            let line = |at: usize| &lines[(at * films + film) * width..(at * films + film + 1) * width];
+            if let Some(source) = rays.rows.gather(row, line, scratch) {
                 rays.columns.add(source, weight, target);
             }
         }
@@ -240,7 +261,8 @@ impl Rays {
         let mut traced = vec![0.0; self.width];
         for (row, target) in plane.chunks_mut(self.width).enumerate() {
             traced.fill(0.0);
-            if let Some(source) = rays.rows.gather(row, picture, &mut gathered) {
+            let line = |at: usize| &picture[at * self.width..(at + 1) * self.width];
+            if let Some(source) = rays.rows.gather(row, line, &mut gathered) {
                 rays.columns.add(source, 1.0, &mut traced);
             }
             target.iter_mut().zip(&traced).for_each(|(value, factor)| *value *= factor);

@@ -3,8 +3,13 @@
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::simd::vectorised;
+
 /// Colour channels of a volume and of a picture: red, green, blue.
 pub const CHANNELS: usize = 3;
+
+/// Values that one task of the thread pool rounds.
+const VALUES_AT_ONCE: usize = 1 << 14;
 
 /// Bits of each ink value as it is written to a film's file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -108,17 +113,23 @@ impl Volume {
         let full = depth.full();
         let size = self.width * self.height;
         let (films, width) = (self.films, self.width);
-        self.values.par_chunks_mut((films * size).max(1)).for_each(|channel| {
+        for channel in self.values.chunks_mut((films * size).max(1)) {
             let mut carried: Vec<f32> = (0..size).map(|at| dither(at % width, at / width)).collect();
             for film in channel.chunks_mut(size) {
-                for (value, carried) in film.iter_mut().zip(&mut carried) {
-                    let wanted = on_step(value.clamp(0.0, 1.0) * full);
-                    let written = (wanted + *carried).round().clamp(wanted.floor(), wanted.ceil());
-                    *carried = (*carried + wanted - written).clamp(-0.5, 0.5);
-                    *value = written / full;
-                }
+                let lines = film.par_chunks_mut(VALUES_AT_ONCE).zip(carried.par_chunks_mut(VALUES_AT_ONCE));
+                lines.for_each(|(values, carried)| {
+                    vectorised(
+                        #[inline(always)]
+                        || {
+                            values
+                                .iter_mut()
+                                .zip(carried)
+                                .for_each(|(value, carried)| round(value, carried, full))
+                        },
+                    );
+                });
             }
-        });
+        }
     }
 
     /// One film as interleaved 8-bit RGB, rounded to the nearest value.
@@ -191,9 +202,19 @@ impl Volume {
     }
 }
 
+/// Rounds one ink value up or down, `carried` being what the films above lost by it, in steps.
+#[inline(always)]
+fn round(value: &mut f32, carried: &mut f32, full: f32) {
+    let wanted = on_step(value.clamp(0.0, 1.0) * full);
+    let written = (wanted + *carried + 0.5).floor().clamp(wanted.floor(), wanted.ceil());
+    *carried = (*carried + wanted - written).clamp(-0.5, 0.5);
+    *value = written / full;
+}
+
 /// Returns `value`, or the whole number from which only the arithmetic's rounding parts it.
+#[inline(always)]
 fn on_step(value: f32) -> f32 {
-    let whole = value.round();
+    let whole = (value + 0.5).floor();
     if (value - whole).abs() < 2e-7 * whole.max(1.0) { whole } else { value }
 }
 

@@ -1,7 +1,7 @@
 //! What a viewer of a build sees from any direction, under any lamp pair.
 
 use crate::config::{Exhibit, ToneSetting};
-use crate::measure::percentile;
+use crate::measure::percentiles;
 use crate::optics::{Direction, LampPair, film_weights, ideal_weights};
 use crate::picture::Picture;
 use crate::projection::{ViewerDistance, project};
@@ -62,7 +62,7 @@ pub fn look(exhibit: &Exhibit, volume: &Volume, request: &LookRequest) -> Look {
     let projection = project(volume, &stack, request.direction, request.distance, &weights);
     let light = projection.map(|value| if weight_sum > 0.0 { value / weight_sum as f32 } else { 0.0 });
     let gain = request.gain.unwrap_or_else(|| {
-        let white = percentile(&mut light.values().to_vec(), WHITE_PERCENT);
+        let [white] = percentiles(light.values(), [WHITE_PERCENT]);
         if white > 0.0 { 1.0 / white } else { 1.0 }
     });
     let picture =

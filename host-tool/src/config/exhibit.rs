@@ -132,8 +132,8 @@ pub struct DesignSettings {
     pub pedestal: f64,
     /// The largest ratio between the apparent whites of two views.
     pub white_ratio: f64,
-    /// How much the optimiser looks at structure beside the squared error; 1 is balanced.
-    pub structure: f64,
+    /// How much the optimiser looks at structure beside the squared error; what suits the tone where left out.
+    pub structure: Option<f64>,
     /// How much more the worse views count, 0..=1.
     pub balance: f64,
     /// The most iterations of the optimiser.

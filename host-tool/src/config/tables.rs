@@ -159,11 +159,7 @@ pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -
             defaults.white_ratio,
             bounds(1.0, 1000.0, "1 makes all views equally bright, by dimming the brighter ones"),
         ),
-        structure: reader.number(
-            "structure",
-            defaults.structure,
-            bounds(0.0, 100.0, "0 looks at the squared error alone"),
-        ),
+        structure: structure(&mut reader),
         balance: reader.number(
             "balance",
             defaults.balance,
@@ -189,6 +185,13 @@ pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -
     };
     reader.finish(problems);
     settings
+}
+
+/// `structure = 2.4`, or left out for what suits the tone.
+fn structure(reader: &mut TableReader<'_>) -> Option<f64> {
+    let range = bounds(0.0, 100.0, "0 looks at the squared error alone");
+    reader.raw("structure")?;
+    Some(reader.number("structure", 0.0, range))
 }
 
 /// `memory_mib = 4096`, or left out for as much as there is.

@@ -1,14 +1,10 @@
 //! What counts as an error between what is seen and what is wanted, and how strongly to answer it.
 
 use super::request::Tone;
-use crate::picture::srgb_encode;
+use crate::picture::{STEEPEST, srgb_encode, srgb_encode_with_slope};
 
 /// Patterns at least this bright are white: light beyond it is no error, for it is seen as white.
 const WHITE: f32 = 0.998;
-
-/// Light up to which the sRGB curve is straight, and how steep it is there (IEC 61966-2-1).
-const NEARLY_BLACK: f32 = 0.003_130_8;
-const STEEPEST: f32 = 12.92;
 
 /// Slope of the sRGB curve at white: brighter light counts as if the curve went on straight.
 const SLOPE_AT_WHITE: f32 = 1.055 / 2.4;
@@ -79,21 +75,11 @@ impl Divergence {
     }
 }
 
-/// Returns the sRGB code value of `light` and the curve's slope there, to 2e-6 of the code, in arithmetic
-/// that processors do for many pixels at once.
+/// Returns the code value of `light` and the curve's slope there; beyond white the curve goes on straight.
 #[inline(always)]
 fn encode(light: f32) -> (f32, f32) {
-    // Light to the power 1 / 2.4 is its fourth root q to the power 5/3, here by Chebyshev's polynomial over
-    // the curved part.
-    const POWER: [f32; 7] =
-        [-0.004_399_76, 0.133_437_7, 1.289_313_3, -0.795_227_8, 0.605_468_7, -0.290_082_45, 0.061_491_3];
-    let inside = light.clamp(0.0, 1.0);
-    let root = inside.max(NEARLY_BLACK).sqrt().sqrt();
-    let power = POWER.iter().rev().fold(0.0, |sum, coefficient| sum * root + coefficient);
-    let curved = (1.055 * power - 0.055, (1.055 / 2.4) * power / inside.max(NEARLY_BLACK));
-    let straight = (STEEPEST * inside, STEEPEST);
-    let (code, slope) = if inside <= NEARLY_BLACK { straight } else { curved };
-    (code + (light - inside).max(0.0) * SLOPE_AT_WHITE, slope)
+    let (code, slope) = srgb_encode_with_slope(light);
+    (code + (light - 1.0).max(0.0) * SLOPE_AT_WHITE, slope)
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use super::least_squares::Effort;
 use super::optimise::{Lighting, design_weights, improve, set_up};
 use super::request::{DesignRequest, OpticsModel, Progress, ViewRequest};
 use super::scale::{enlarged_volume, reduced};
-use crate::measure::{fit, psnr_db};
+use crate::measure::{fit, percentiles, psnr_db};
 use crate::optics::{LampPair, film_weights};
 use crate::picture::Picture;
 use crate::projection::{Rays, project_along};
@@ -30,7 +30,7 @@ const SEARCH_ITERATIONS: usize = 10;
 
 /// Rounds of volume and lamps on films of each size, and the iterations in each.
 const SETTLE_ROUNDS: usize = 3;
-const SETTLE_ITERATIONS: usize = 12;
+const SETTLE_ITERATIONS: usize = 16;
 
 /// The most starts that are tried.
 const MOST_STARTS: usize = 16;
@@ -151,6 +151,7 @@ impl Stage {
         let settings = &self.request.settings;
         let mut qualities = Vec::new();
         let mut whites = Vec::new();
+        let mut efficiencies = Vec::new();
         for (index, view) in self.request.views.iter().enumerate() {
             let (rays, target) = (&self.rays[index], &self.targets[index]);
             if settings.optics == OpticsModel::Stack {
@@ -168,12 +169,15 @@ impl Stage {
             let weights = design_weights(&self.request, index, state.lighting.pairs[index]);
             let shown = project_along(&state.volume, rays, &weights);
             let fitted = fit(&shown, &view.pattern, settings.tone);
+            let [bright] = percentiles(shown.values(), [99.5]);
+            efficiencies.push(bright / weights.iter().sum::<f64>().max(1e-9));
             qualities.push(psnr_db(&fitted.picture, &view.pattern));
             whites.push(1.0 / (fitted.gain * weights.iter().sum::<f64>()).max(1e-9));
         }
-        // What is reached falls short of what is wanted by a little; ask for more by as much.
-        let reached = geometric_mean(&whites) / settings.brightness;
-        state.lighting.level = (state.lighting.level / reached.clamp(0.8, 1.25)).clamp(0.7, 1.5);
+        // Highlights fall short of what is wanted; ask for more until half of that, by ratio, is made good: what
+        // is left is cheaper in brightness than in quality.
+        let reached = efficiencies.iter().sum::<f64>() / efficiencies.len() as f64 / settings.brightness;
+        state.lighting.level = (state.lighting.level / reached.max(1e-3)).sqrt().clamp(0.5, 3.0);
         state.lighting.whites = relative(whites.into_iter());
         // The mean square error is 10^(-dB / 10).
         let shares = qualities.iter().map(|quality| 10f64.powf(-quality / 10.0 * settings.balance));

@@ -8,7 +8,7 @@
 //!
 //! where `P_i` is the view's projection divided by its white and `d` compares in the values that are
 //! measured (see [`super::divergence`]). The method is the accelerated proximal gradient (Beck and Teboulle
-//! 2009) with adaptive restart (O'Donoghue and Candes 2015) and a step of its own for every film or voxel:
+//! 2009; see [`kernel::Pace`]) with a step of its own for every film or voxel:
 //! the inverse of `B^T C B 1` (De Pierro 1995), which bounds the curvature of `|B V|^2` in the weights C
 //! because all entries of the projection B are non-negative. No step size is searched.
 //!
@@ -17,6 +17,7 @@
 
 mod apart;
 mod kernel;
+mod lines;
 mod together;
 
 use super::divergence::Divergence;

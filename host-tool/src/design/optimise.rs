@@ -67,24 +67,20 @@ pub(super) fn set_up(request: &DesignRequest, lighting: &Lighting) -> Problem {
         OpticsModel::Stack => settings.misplacement_um / 1000.0 / stack.pixel_mm(),
         OpticsModel::Ideal => 0.0,
     };
-    let smoothness = (0..stack.films)
+    let smoothness: Vec<f32> = (0..stack.films)
         .map(|film| {
             let squares = views.iter().map(|view| view.weight * view.film_weights[film].powi(2));
             squares.sum::<f32>() * (sigma_px * sigma_px) as f32
         })
         .collect();
     let divergence = Divergence::new(settings.tone);
-    let structure = settings.structure as f32 * structure_strength(settings.tone);
+    let rows_are_apart = sigma_px == 0.0 && views.iter().all(|view| view.rays.rows_are_apart());
+    let structure = match settings.structure {
+        Some(structure) => structure,
+        None if rows_are_apart && settings.tone == Tone::Code => 0.0,
+        None => settings.tone.structure(),
+    } as f32;
     Problem { views, smoothness, divergence, structure, width: stack.width_px, height: stack.height_px }
-}
-
-/// Strength of the structure loss at which SSIM gains most and PSNR loses less than 0.05 dB. Light needs more
-/// than code values: dark specks cost it little.
-fn structure_strength(tone: Tone) -> f32 {
-    match tone {
-        Tone::Code => 2.0,
-        Tone::Linear => 8.0,
-    }
 }
 
 /// Lowers the loss of all colours from where `volume` is.

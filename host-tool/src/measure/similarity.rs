@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use crate::picture::Picture;
+use crate::simd::vectorised;
 use crate::volume::CHANNELS;
 
 const SIGMA: f64 = 1.5;
@@ -25,18 +26,15 @@ pub fn structural_similarity(picture: &Picture, pattern: &Picture) -> f64 {
     let rows: Vec<f64> = (0..CHANNELS * inner_rows)
         .into_par_iter()
         .map_init(
-            || [(); 5].map(|()| vec![0.0f64; width]),
+            || Moments::new(width),
             |moments, index| {
                 let (channel, row) = (index / inner_rows, index % inner_rows);
-                let (a, b) = (picture.channel(channel), pattern.channel(channel));
-                for moment in moments.iter_mut() {
-                    moment.fill(0.0);
-                }
-                for (tap, weight) in kernel.iter().enumerate() {
-                    let line = (row + tap) * width..(row + tap + 1) * width;
-                    add_moments(moments, &a[line.clone()], &b[line], *weight);
-                }
-                row_similarity(moments, &kernel)
+                let lines = row * width..(row + kernel.len()) * width;
+                let (a, b) = (&picture.channel(channel)[lines.clone()], &pattern.channel(channel)[lines]);
+                vectorised(
+                    #[inline(always)]
+                    || moments.row_similarity(a, b, &kernel),
+                )
             },
         )
         .collect();
@@ -53,32 +51,60 @@ fn window() -> [f64; 2 * RADIUS + 1] {
     kernel.map(|weight| weight / sum)
 }
 
-fn add_moments(moments: &mut [Vec<f64>; 5], a: &[f32], b: &[f32], weight: f64) {
-    let [first, second, aa, bb, ab] = moments;
-    for (i, (&x, &y)) in a.iter().zip(b).enumerate() {
-        let (x, y) = (f64::from(x), f64::from(y));
-        first[i] += weight * x;
-        second[i] += weight * y;
-        aa[i] += weight * x * x;
-        bb[i] += weight * y * y;
-        ab[i] += weight * x * y;
-    }
+/// Weighted sums of two rows of pixels a and b: of a, b, a², b² and ab.
+struct Moments {
+    down: [Vec<f64>; 5],
+    whole: [Vec<f64>; 5],
 }
 
-fn row_similarity(moments: &[Vec<f64>; 5], kernel: &[f64]) -> f64 {
-    let inner = moments[0].len() - 2 * RADIUS;
-    (0..inner)
-        .map(|column| {
-            let smooth = |moment: &Vec<f64>| -> f64 {
-                moment[column..column + kernel.len()]
-                    .iter()
-                    .zip(kernel)
-                    .map(|(value, weight)| value * weight)
-                    .sum()
-            };
-            let [ux, uy, uxx, uyy, uxy] = [0, 1, 2, 3, 4].map(|index| smooth(&moments[index]));
-            let (vx, vy, vxy) = (uxx - ux * ux, uyy - uy * uy, uxy - ux * uy);
-            ((2.0 * ux * uy + C1) * (2.0 * vxy + C2)) / ((ux * ux + uy * uy + C1) * (vx + vy + C2))
-        })
-        .sum()
+impl Moments {
+    fn new(width: usize) -> Self {
+        let down = [(); 5].map(|()| vec![0.0; width]);
+        let whole = [(); 5].map(|()| vec![0.0; width - 2 * RADIUS]);
+        Self { down, whole }
+    }
+
+    /// Returns the sum of the similarities along one row, of which `a` and `b` are the lines within the window.
+    #[inline(always)]
+    fn row_similarity(&mut self, a: &[f32], b: &[f32], kernel: &[f64]) -> f64 {
+        let width = self.down[0].len();
+        self.down.iter_mut().for_each(|moment| moment.fill(0.0));
+        for ((a, b), &weight) in a.chunks_exact(width).zip(b.chunks_exact(width)).zip(kernel) {
+            self.add(a, b, weight);
+        }
+        for (whole, down) in self.whole.iter_mut().zip(&self.down) {
+            whole.fill(0.0);
+            for (tap, weight) in kernel.iter().enumerate() {
+                whole.iter_mut().zip(&down[tap..]).for_each(|(sum, value)| *sum += weight * value);
+            }
+        }
+        let [first, second, aa, bb, ab] = &self.whole;
+        let mut lanes = [0.0; 4];
+        let groups =
+            first.chunks(4).zip(second.chunks(4)).zip(aa.chunks(4)).zip(bb.chunks(4)).zip(ab.chunks(4));
+        for ((((first, second), aa), bb), ab) in groups {
+            let pixels = lanes.iter_mut().zip(first).zip(second).zip(aa).zip(bb).zip(ab);
+            for (((((lane, ux), uy), uxx), uyy), uxy) in pixels {
+                let (vx, vy, vxy) = (uxx - ux * ux, uyy - uy * uy, uxy - ux * uy);
+                *lane +=
+                    ((2.0 * ux * uy + C1) * (2.0 * vxy + C2)) / ((ux * ux + uy * uy + C1) * (vx + vy + C2));
+            }
+        }
+        lanes.iter().sum()
+    }
+
+    #[inline(always)]
+    fn add(&mut self, a: &[f32], b: &[f32], weight: f64) {
+        let [first, second, aa, bb, ab] = &mut self.down;
+        let sums = first.iter_mut().zip(second).zip(aa).zip(bb).zip(ab);
+        for (((((first, second), aa), bb), ab), (&x, &y)) in sums.zip(a.iter().zip(b)) {
+            let (x, y) = (f64::from(x), f64::from(y));
+            let (wx, wy) = (weight * x, weight * y);
+            *first += wx;
+            *second += wy;
+            *aa += wx * x;
+            *bb += wy * y;
+            *ab += wx * y;
+        }
+    }
 }

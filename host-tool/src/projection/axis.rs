@@ -136,7 +136,8 @@ impl Axis {
                     target[0] += weight * (first - fractions[0] * first);
                     let near = after.iter().zip(&fractions[1..]);
                     let far = before.iter().zip(&fractions[..len - 1]);
-                    for ((value, (&here, &f)), (&before, &g)) in target[1..len].iter_mut().zip(near).zip(far) {
+                    for ((value, (&here, &f)), (&before, &g)) in target[1..len].iter_mut().zip(near).zip(far)
+                    {
                         *value += weight * ((here - f * here) + g * before);
                     }
                     target[len] += weight * fractions[len - 1] * source[len - 1];
@@ -145,17 +146,16 @@ impl Axis {
         }
     }
 
-    /// Returns the line of `plane` (film rows) that picture row `row` samples, or nothing when it meets none.
+    /// Returns the film line that picture row `row` samples, or nothing when it meets none; `line` gives the
+    /// film's rows.
     #[inline(always)]
     pub(super) fn gather<'a>(
         &self,
         row: usize,
-        plane: &'a [f32],
+        line: impl Fn(usize) -> &'a [f32],
         scratch: &'a mut [f32],
     ) -> Option<&'a [f32]> {
-        let width = scratch.len();
         let lower = self.lower[row]? as usize;
-        let line = |at: usize| &plane[at * width..(at + 1) * width];
         let fraction = self.fraction[row];
         if fraction == 0.0 {
             return Some(line(lower));

@@ -2,13 +2,17 @@
 
 use rayon::prelude::*;
 
-use super::kernel::{Answers, Momentum, RowSteps, step_row};
+use super::kernel::{Answers, Pace, RowSteps, step_row};
+use super::lines::{by_film, by_row};
 use super::{Effort, LEAST_CURVATURE, PATIENCE, Problem};
 use crate::simd::vectorised;
 
+/// A row costs so little that it goes on until it gains this part of what would stop rows that move together.
+const TOLERANCE: f64 = 1.0 / 16.0;
+
 /// Where the solution of one row is.
 struct RowState {
-    momentum: Momentum,
+    pace: Pace,
     /// Loss at the last look.
     loss: f64,
     /// Whether the row still gains.
@@ -26,7 +30,7 @@ pub(super) fn solve(
     let line = problem.films() * problem.width;
     let mut now = by_row(volume, problem);
     let mut ahead = now.clone();
-    let start = || RowState { momentum: Momentum::START, loss: f64::INFINITY, gains: true };
+    let start = || RowState { pace: Pace::START, loss: f64::INFINITY, gains: true };
     let mut states: Vec<RowState> = (0..problem.height).map(|_| start()).collect();
     let film_steps = problem.film_steps();
     let mut done = 0;
@@ -39,7 +43,7 @@ pub(super) fn solve(
                 if state.gains {
                     vectorised(
                         #[inline(always)]
-                        || work.improve(row, now, ahead, state, iterations, effort.tolerance),
+                        || work.improve(row, now, ahead, state, iterations, TOLERANCE * effort.tolerance),
                     );
                 }
             },
@@ -105,9 +109,9 @@ impl<'a> Row<'a> {
                     self.renew_steps();
                 }
             }
-            let (pull, next) = state.momentum.next();
-            let overshoot = self.advance(now, ahead, pull);
-            state.momentum = next.unless_turned_back(overshoot);
+            state.pace = state.pace.seeing(loss);
+            let overshoot = self.advance(now, ahead, state.pace);
+            state.pace = state.pace.after(overshoot);
         }
     }
 
@@ -131,7 +135,7 @@ impl<'a> Row<'a> {
     }
 
     #[inline(always)]
-    fn advance(&mut self, now: &mut [f32], ahead: &mut [f32], pull: f32) -> f64 {
+    fn advance(&mut self, now: &mut [f32], ahead: &mut [f32], pace: Pace) -> f64 {
         let width = self.problem.width;
         let mut overshoot = 0.0;
         for film in 0..self.problem.films() {
@@ -145,8 +149,7 @@ impl<'a> Row<'a> {
                 Some(steps) => RowSteps::Each(steps),
                 None => RowSteps::Even(self.film_steps[film]),
             };
-            overshoot +=
-                step_row(&mut now[line.clone()], &mut ahead[line], &mut self.gradient, steps, pull);
+            overshoot += step_row(&mut now[line.clone()], &mut ahead[line], &mut self.gradient, steps, pace);
         }
         overshoot
     }
@@ -163,28 +166,4 @@ impl<'a> Row<'a> {
             line.iter_mut().for_each(|value| *value = 1.0 / value.max(LEAST_CURVATURE));
         }
     }
-}
-
-/// Returns the volume (film, row, column) as row, film, column.
-fn by_row(volume: &[f32], problem: &Problem) -> Vec<f32> {
-    let (width, films) = (problem.width, problem.films());
-    let mut lines = vec![0.0; volume.len()];
-    lines.par_chunks_mut(films * width).enumerate().for_each(|(row, lines)| {
-        for (film, line) in lines.chunks_exact_mut(width).enumerate() {
-            let start = (film * problem.height + row) * width;
-            line.copy_from_slice(&volume[start..start + width]);
-        }
-    });
-    lines
-}
-
-/// Writes what is kept as row, film, column into the volume.
-fn by_film(lines: &[f32], volume: &mut [f32], problem: &Problem) {
-    let (width, films) = (problem.width, problem.films());
-    volume.par_chunks_mut(problem.height * width).enumerate().for_each(|(film, plane)| {
-        for (row, line) in plane.chunks_exact_mut(width).enumerate() {
-            let start = (row * films + film) * width;
-            line.copy_from_slice(&lines[start..start + width]);
-        }
-    });
 }

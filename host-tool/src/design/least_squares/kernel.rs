@@ -88,17 +88,17 @@ pub(super) fn step_row(
     ahead: &mut [f32],
     gradient: &mut [f32],
     steps: RowSteps,
-    pull: f32,
+    pace: Pace,
 ) -> f64 {
     let voxels = now.iter_mut().zip(&mut *ahead).zip(&mut *gradient);
     match steps {
         RowSteps::Even(step) => voxels.for_each(
             #[inline(always)]
-            |((now, ahead), gradient)| step_voxel(now, ahead, gradient, step, pull),
+            |((now, ahead), gradient)| step_voxel(now, ahead, gradient, pace.stride * step, pace.pull),
         ),
         RowSteps::Each(steps) => voxels.zip(steps).for_each(
             #[inline(always)]
-            |(((now, ahead), gradient), &step)| step_voxel(now, ahead, gradient, step, pull),
+            |(((now, ahead), gradient), &step)| step_voxel(now, ahead, gradient, pace.stride * step, pace.pull),
         ),
     }
     sum(gradient)
@@ -139,22 +139,44 @@ fn sum_of_products(a: &[f32], b: &[f32]) -> f64 {
     f64::from(lanes.iter().sum::<f32>() + rest)
 }
 
-/// How far the next look ahead goes along the last move, and what to remember for the one after it (Beck and
-/// Teboulle 2009): starts from 1.
+/// How far steps go, and how far the next look ahead goes along the last move.
+///
+/// Steps longer than what bounds the curvature, and looks ahead that do not begin small, are Liang, Luo and
+/// Schoenlieb's greedy FISTA ("Improving FISTA", SIAM Journal on Scientific Computing 2022): far from the
+/// solution it needs a third of FISTA's iterations. It begins anew when a step turns back (O'Donoghue and Candes
+/// 2015), and where longer steps raise the loss they become shorter until they are bounded again.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Momentum(f64);
+pub(super) struct Pace {
+    /// The step as a part of the one that the curvature's bound allows.
+    stride: f32,
+    /// The part of the last move that is added.
+    pull: f32,
+    least_loss: f64,
+}
 
-impl Momentum {
-    pub(super) const START: Self = Self(1.0);
+const LONGEST_STRIDE: f32 = 1.3;
+const SHORTER: f32 = 0.9;
+const PULL: f32 = 0.95;
+/// Looking ahead lets the loss rise a little now and then; more than this comes of steps that are too long.
+const RISE: f64 = 1.02;
 
-    /// Returns the part of the last move that is added, and the momentum after it.
-    pub(super) fn next(self) -> (f32, Self) {
-        let next = (1.0 + (1.0 + 4.0 * self.0 * self.0).sqrt()) / 2.0;
-        (((self.0 - 1.0) / next) as f32, Self(next))
+impl Pace {
+    pub(super) const START: Self = Self { stride: LONGEST_STRIDE, pull: PULL, least_loss: f64::INFINITY };
+
+    /// Looks at the loss before a step.
+    #[inline(always)]
+    pub(super) fn seeing(self, loss: f64) -> Self {
+        let least_loss = self.least_loss.min(loss);
+        if loss > RISE * self.least_loss {
+            Self { stride: (self.stride * SHORTER).max(1.0), pull: 0.0, least_loss: loss }
+        } else {
+            Self { least_loss, ..self }
+        }
     }
 
-    /// Begins anew when the step turned back (O'Donoghue and Candes 2015).
-    pub(super) fn unless_turned_back(self, overshoot: f64) -> Self {
-        if overshoot > 0.0 { Self::START } else { self }
+    /// Adds nothing of the next move when the step turned back.
+    #[inline(always)]
+    pub(super) fn after(self, overshoot: f64) -> Self {
+        Self { pull: if overshoot > 0.0 { 0.0 } else { PULL }, ..self }
     }
 }

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::kernel::{Answers, Momentum, RowSteps, add_smoothness, step_row};
+use super::kernel::{Answers, Pace, RowSteps, add_smoothness, step_row};
+use super::lines::{by_film, by_row};
 use super::{Effort, LAPLACIAN, LEAST_CURVATURE, PATIENCE, Problem, SolverView};
 use crate::design::structure::Structure;
 use crate::simd::vectorised;
@@ -10,7 +11,7 @@ use crate::simd::vectorised;
 /// Iterations between two renewals of the voxels' steps, where they follow the pictures.
 const STEP_RENEWAL: usize = 8;
 
-/// Rows of a picture that one task computes.
+/// Rows that one task computes.
 const ROWS_AT_ONCE: usize = 16;
 
 /// Lowers the loss; see [`Problem::solve`].
@@ -21,134 +22,37 @@ pub(super) fn solve(
     effort: Effort,
     watch: &mut dyn FnMut(usize, f64) -> bool,
 ) {
-    let mut ahead = volume.to_vec();
-    let mut answers: Vec<ViewAnswer> = problem.views.iter().zip(targets).map(|(view, target)| ViewAnswer::new(problem, view, target)).collect();
-    let mut steps = Steps::OfFilm(problem.film_steps());
-    let mut momentum = Momentum::START;
+    let mut work = Work::new(problem, targets, volume);
+    let mut pace = Pace::START;
     let mut last_loss = f64::INFINITY;
     for iteration in 0..effort.iterations {
-        let mut loss = 0.0;
-        for ((view, target), answer) in problem.views.iter().zip(targets).zip(&mut answers) {
-            loss += answer.renew(problem, view, target, &ahead);
-        }
-        if problem.curvature_varies() && iteration % STEP_RENEWAL == 0 {
-            steps = Steps::OfVoxel(problem.voxel_steps(&answers, steps));
-        }
+        let loss = work.look();
         if !watch(iteration, loss) {
-            return;
+            break;
         }
         if iteration % PATIENCE == 0 {
             if last_loss - loss < effort.tolerance * loss {
-                return;
+                break;
             }
             last_loss = loss;
         }
-        let (pull, next) = momentum.next();
-        let overshoot = problem.advance(&answers, &steps, pull, volume, &mut ahead);
-        momentum = next.unless_turned_back(overshoot);
+        pace = pace.seeing(loss);
+        let overshoot = work.advance(pace, iteration % STEP_RENEWAL == 0);
+        pace = pace.after(overshoot);
     }
+    by_film(&work.now, volume, problem);
 }
 
-/// How far to go along the gradient.
-enum Steps {
-    OfFilm(Vec<f32>),
-    OfVoxel(Vec<f32>),
-}
-
-impl Problem {
-    /// Takes one step from `ahead` and looks ahead again; returns how much the step turned back.
-    fn advance(
-        &self,
-        answers: &[ViewAnswer],
-        steps: &Steps,
-        pull: f32,
-        volume: &mut [f32],
-        ahead: &mut [f32],
-    ) -> f64 {
-        let size = self.width * self.height;
-        let films = volume.par_chunks_mut(size).zip(ahead.par_chunks_mut(size)).enumerate();
-        let overshoots: Vec<f64> = films
-            .map(|(film, (now, ahead))| {
-                vectorised(
-                    #[inline(always)]
-                    || self.advance_film(film, answers, steps, pull, now, ahead),
-                )
-            })
-            .collect();
-        overshoots.iter().sum()
-    }
-
-    #[inline(always)]
-    fn advance_film(
-        &self,
-        film: usize,
-        answers: &[ViewAnswer],
-        steps: &Steps,
-        pull: f32,
-        now: &mut [f32],
-        ahead: &mut [f32],
-    ) -> f64 {
-        let width = self.width;
-        let mut gradient = vec![0.0; width];
-        let mut scratch = vec![0.0; width];
-        // The row above as it was before this step, and this row likewise.
-        let mut above = vec![0.0; width];
-        let mut here = vec![0.0; width];
-        let mut overshoot = 0.0;
-        for row in 0..self.height {
-            let line = row * width..(row + 1) * width;
-            gradient.fill(0.0);
-            for (view, answer) in self.views.iter().zip(answers) {
-                let weight = view.film_weights[film];
-                view.rays.back_project_row(film, row, &answer.slopes, weight, &mut gradient, &mut scratch);
-            }
-            if self.smoothness[film] > 0.0 {
-                here.copy_from_slice(&ahead[line.clone()]);
-                let below = (row + 1 < self.height).then(|| &ahead[line.end..line.end + width]);
-                let above_row = (row > 0).then_some(&above[..]);
-                add_smoothness(self.smoothness[film], above_row, &here, below, &mut gradient);
-                std::mem::swap(&mut above, &mut here);
-            }
-            let row_steps = match steps {
-                Steps::OfFilm(steps) => RowSteps::Even(steps[film]),
-                Steps::OfVoxel(all) => {
-                    let start = film * width * self.height;
-                    RowSteps::Each(&all[start + line.start..start + line.end])
-                }
-            };
-            overshoot += step_row(&mut now[line.clone()], &mut ahead[line], &mut gradient, row_steps, pull);
-        }
-        overshoot
-    }
-
-    /// Steps where the curvature differs from pixel to pixel; `old` gives its memory.
-    fn voxel_steps(&self, answers: &[ViewAnswer], old: Steps) -> Vec<f32> {
-        let size = self.width * self.height;
-        let mut steps = match old {
-            Steps::OfVoxel(steps) => steps,
-            Steps::OfFilm(_) => vec![0.0; size * self.films()],
-        };
-        steps.par_chunks_mut(size).enumerate().for_each(|(film, plane)| {
-            vectorised(
-                #[inline(always)]
-                || self.film_voxel_steps(film, answers, plane),
-            );
-        });
-        steps
-    }
-
-    #[inline(always)]
-    fn film_voxel_steps(&self, film: usize, answers: &[ViewAnswer], plane: &mut [f32]) {
-        let mut scratch = vec![0.0; self.width];
-        for (row, line) in plane.chunks_mut(self.width).enumerate() {
-            line.fill(LAPLACIAN * self.smoothness[film]);
-            for (view, answer) in self.views.iter().zip(answers) {
-                let weight = view.film_weights[film] * view.row_sum();
-                view.rays.back_project_row(film, row, &answer.curvatures, weight, line, &mut scratch);
-            }
-            line.iter_mut().for_each(|value| *value = 1.0 / value.max(LEAST_CURVATURE));
-        }
-    }
+/// One colour as it is worked on; films are row, film, column.
+struct Work<'a> {
+    problem: &'a Problem,
+    targets: &'a [&'a [f32]],
+    now: Vec<f32>,
+    ahead: Vec<f32>,
+    film_steps: Vec<f32>,
+    /// Of each voxel, where they differ.
+    steps: Vec<f32>,
+    answers: Vec<ViewAnswer>,
 }
 
 /// The answer to what one view shows, pixel by pixel.
@@ -162,6 +66,135 @@ struct ViewAnswer {
     structure: Option<Structure>,
 }
 
+impl<'a> Work<'a> {
+    fn new(problem: &'a Problem, targets: &'a [&'a [f32]], volume: &[f32]) -> Self {
+        let now = by_row(volume, problem);
+        let views = problem.views.iter().zip(targets);
+        Self {
+            problem,
+            targets,
+            ahead: now.clone(),
+            film_steps: problem.film_steps(),
+            steps: vec![0.0; if problem.curvature_varies() { now.len() } else { 0 }],
+            answers: views.map(|(view, target)| ViewAnswer::new(problem, view, target)).collect(),
+            now,
+        }
+    }
+
+    /// Looks at the films from all views and answers; returns the loss.
+    fn look(&mut self) -> f64 {
+        let (problem, targets, films) = (self.problem, self.targets, &self.ahead);
+        let chunk_count = problem.height.div_ceil(ROWS_AT_ONCE);
+        let mut chunks: Vec<Vec<Answers>> = (0..chunk_count).map(|_| Vec::new()).collect();
+        for answer in &mut self.answers {
+            for (chunk, answers) in chunks.iter_mut().zip(answer.chunks(problem.width * ROWS_AT_ONCE)) {
+                chunk.push(answers);
+            }
+        }
+        let losses: Vec<f64> = chunks
+            .par_iter_mut()
+            .enumerate()
+            .map(|(chunk, answers)| {
+                let mut scratch = vec![0.0; problem.width];
+                vectorised(
+                    #[inline(always)]
+                    || look_at_rows(problem, targets, films, chunk * ROWS_AT_ONCE, answers, &mut scratch),
+                )
+            })
+            .collect();
+        let views = self.answers.iter_mut().zip(&problem.views);
+        let structure: f64 =
+            views.map(|(answer, view)| f64::from(view.weight) * answer.finish(problem.width)).sum();
+        losses.iter().sum::<f64>() + structure
+    }
+
+    /// Takes one step from `ahead` and looks ahead again; returns how much the step turned back.
+    fn advance(&mut self, pace: Pace, renew_steps: bool) -> f64 {
+        let line = self.problem.films() * self.problem.width;
+        let size = line * ROWS_AT_ONCE;
+        let edges = self.edges(size);
+        let mut steps: Vec<&mut [f32]> = self.steps.chunks_mut(size).collect();
+        steps.resize_with(edges.len(), Default::default);
+        let (problem, answers, film_steps) = (self.problem, &self.answers, &self.film_steps);
+        let tasks = self.now.par_chunks_mut(size).zip(self.ahead.par_chunks_mut(size)).zip(steps).zip(edges);
+        let overshoots: Vec<f64> = tasks
+            .enumerate()
+            .map(|(chunk, (((now, ahead), steps), edges))| {
+                let mut rows = Rows {
+                    problem,
+                    answers,
+                    film_steps,
+                    first: chunk * ROWS_AT_ONCE,
+                    edges,
+                    gradient: vec![0.0; problem.width],
+                    scratch: vec![0.0; problem.width],
+                    here: vec![0.0; problem.width],
+                };
+                vectorised(
+                    #[inline(always)]
+                    || rows.advance(now, ahead, steps, pace, renew_steps),
+                )
+            })
+            .collect();
+        overshoots.iter().sum()
+    }
+
+    /// The rows beyond both ends of every task's rows, as they are before the step.
+    fn edges(&self, size: usize) -> Vec<Edges> {
+        let line = self.problem.films() * self.problem.width;
+        let smooth = self.problem.smoothness.iter().any(|&smoothness| smoothness > 0.0);
+        let row = |start: usize| self.ahead.get(start..start + line).filter(|_| smooth).map(<[f32]>::to_vec);
+        let starts = (0..self.ahead.len()).step_by(size);
+        starts
+            .map(|start| Edges {
+                has_above: start > 0,
+                above: row(start.saturating_sub(line)).unwrap_or_default(),
+                below: row(start + size).unwrap_or_default(),
+            })
+            .collect()
+    }
+}
+
+/// What lies beyond the rows of one task (film, column), where smoothness looks at it.
+struct Edges {
+    has_above: bool,
+    /// The row above as it was before this step.
+    above: Vec<f32>,
+    /// The row below the last; empty at the bottom.
+    below: Vec<f32>,
+}
+
+#[inline(always)]
+fn look_at_rows(
+    problem: &Problem,
+    targets: &[&[f32]],
+    films: &[f32],
+    first: usize,
+    answers: &mut [Answers],
+    scratch: &mut [f32],
+) -> f64 {
+    let width = problem.width;
+    let rows = answers.first().map_or(0, |answers| answers.slopes.len() / width);
+    // Row by row, so that the films' row is looked at from all views while it is at hand.
+    for row in 0..rows {
+        for (view, answers) in problem.views.iter().zip(&mut *answers) {
+            let line = &mut answers.slopes[row * width..(row + 1) * width];
+            line.fill(0.0);
+            view.rays.project_row_of_lines(first + row, films, &view.film_weights, line, scratch);
+        }
+    }
+    let start = first * width;
+    let views = problem.views.iter().zip(targets).zip(answers);
+    views
+        .map(
+            #[inline(always)]
+            |((view, target), answers)| {
+                answers.renew(view, problem, start, &target[start..start + rows * width])
+            },
+        )
+        .sum()
+}
+
 impl ViewAnswer {
     fn new(problem: &Problem, view: &SolverView, target: &[f32]) -> Self {
         let structure = (problem.structure > 0.0).then(|| {
@@ -172,39 +205,101 @@ impl ViewAnswer {
         Self { slopes: blank.clone(), curvatures: blank.clone(), errors: blank, structure }
     }
 
-    /// Looks at the films and answers; returns the view's loss.
-    fn renew(&mut self, problem: &Problem, view: &SolverView, target: &[f32], films: &[f32]) -> f64 {
-        let size = problem.width * ROWS_AT_ONCE;
-        let losses: Vec<f64> = self
-            .slopes
-            .par_chunks_mut(size)
-            .zip(self.curvatures.par_chunks_mut(size))
-            .zip(self.errors.par_chunks_mut(size))
-            .zip(target.par_chunks(size))
-            .enumerate()
-            .map(|(chunk, (((slopes, curvatures), errors), target))| {
-                let mut scratch = vec![0.0; problem.width];
-                vectorised(
-                    #[inline(always)]
-                    || {
-                        slopes.fill(0.0);
-                        for (row, line) in slopes.chunks_mut(problem.width).enumerate() {
-                            let row = chunk * ROWS_AT_ONCE + row;
-                            view.rays.project_row(row, films, &view.film_weights, line, &mut scratch);
-                        }
-                        let mut answers = Answers { slopes, errors, curvatures };
-                        answers.renew(view, problem, chunk * size, target)
-                    },
-                )
-            })
-            .collect();
-        let mut loss: f64 = losses.iter().sum();
-        if let Some(structure) = &mut self.structure {
-            loss += structure.answer(&mut self.errors, &mut self.curvatures) * f64::from(view.weight);
-        }
+    /// The answer in pieces of `size` pixels.
+    fn chunks(&mut self, size: usize) -> impl Iterator<Item = Answers<'_>> {
+        let errors = self.errors.chunks_mut(size);
+        let pieces = self.slopes.chunks_mut(size).zip(errors).zip(self.curvatures.chunks_mut(size));
+        pieces.map(|((slopes, errors), curvatures)| Answers { slopes, errors, curvatures })
+    }
+
+    /// Brings errors and slopes together; returns the structure loss.
+    fn finish(&mut self, width: usize) -> f64 {
+        let structure = self.structure.as_mut();
+        let loss =
+            structure.map_or(0.0, |structure| structure.answer(&mut self.errors, &mut self.curvatures));
+        let size = width * ROWS_AT_ONCE;
         self.slopes.par_chunks_mut(size).zip(self.errors.par_chunks(size)).for_each(|(slopes, errors)| {
             slopes.iter_mut().zip(errors).for_each(|(slope, error)| *slope *= error);
         });
         loss
+    }
+}
+
+/// Some rows of all films, to be advanced by one task.
+struct Rows<'a> {
+    problem: &'a Problem,
+    answers: &'a [ViewAnswer],
+    film_steps: &'a [f32],
+    first: usize,
+    edges: Edges,
+    gradient: Vec<f32>,
+    scratch: Vec<f32>,
+    here: Vec<f32>,
+}
+
+impl Rows<'_> {
+    #[inline(always)]
+    fn advance(
+        &mut self,
+        now: &mut [f32],
+        ahead: &mut [f32],
+        steps: &mut [f32],
+        pace: Pace,
+        renew_steps: bool,
+    ) -> f64 {
+        let (width, films) = (self.problem.width, self.problem.films());
+        let last = now.len() / (films * width) - 1;
+        let mut overshoot = 0.0;
+        for row in 0..=last {
+            for film in 0..films {
+                let start = (row * films + film) * width;
+                let line = start..start + width;
+                self.pull_back(film, self.first + row, ahead, start, row == last);
+                if renew_steps && !steps.is_empty() {
+                    self.renew_steps(film, self.first + row, &mut steps[line.clone()]);
+                }
+                let row_steps = match steps.get(line.clone()) {
+                    Some(steps) => RowSteps::Each(steps),
+                    None => RowSteps::Even(self.film_steps[film]),
+                };
+                overshoot +=
+                    step_row(&mut now[line.clone()], &mut ahead[line], &mut self.gradient, row_steps, pace);
+            }
+            self.edges.has_above = true;
+        }
+        overshoot
+    }
+
+    /// Leaves in `gradient` half the slope of the loss along one line of one film.
+    #[inline(always)]
+    fn pull_back(&mut self, film: usize, row: usize, ahead: &[f32], start: usize, is_last: bool) {
+        let (width, line) = (self.problem.width, self.problem.films() * self.problem.width);
+        self.gradient.fill(0.0);
+        for (view, answer) in self.problem.views.iter().zip(self.answers) {
+            let weight = view.film_weights[film];
+            let (gradient, scratch) = (&mut self.gradient, &mut self.scratch);
+            view.rays.back_project_row(film, row, &answer.slopes, weight, gradient, scratch);
+        }
+        let smoothness = self.problem.smoothness[film];
+        if smoothness > 0.0 {
+            let place = film * width..(film + 1) * width;
+            let below = start + line..start + line + width;
+            let below = if is_last { self.edges.below.get(place.clone()) } else { ahead.get(below) };
+            let above = &mut self.edges.above[place];
+            self.here.copy_from_slice(&ahead[start..start + width]);
+            let above_line = self.edges.has_above.then_some(&*above);
+            add_smoothness(smoothness, above_line, &self.here, below, &mut self.gradient);
+            above.copy_from_slice(&self.here);
+        }
+    }
+
+    #[inline(always)]
+    fn renew_steps(&mut self, film: usize, row: usize, steps: &mut [f32]) {
+        steps.fill(LAPLACIAN * self.problem.smoothness[film]);
+        for (view, answer) in self.problem.views.iter().zip(self.answers) {
+            let weight = view.film_weights[film] * view.row_sum();
+            view.rays.back_project_row(film, row, &answer.curvatures, weight, steps, &mut self.scratch);
+        }
+        steps.iter_mut().for_each(|value| *value = 1.0 / value.max(LEAST_CURVATURE));
     }
 }
