@@ -121,10 +121,9 @@ impl Volume {
                     vectorised(
                         #[inline(always)]
                         || {
-                            values
-                                .iter_mut()
-                                .zip(carried)
-                                .for_each(|(value, carried)| round(value, carried, full))
+                            for (value, carried) in values.iter_mut().zip(carried) {
+                                round(value, carried, full);
+                            }
                         },
                     );
                 });

@@ -33,20 +33,20 @@ fn assert_at_least(design: &Design, mean_db: f64, least_db: f64, ssim: f64) {
 #[test]
 fn three_views_in_code_values() {
     let design = solve(&request(&THREE, PIXELS, ideal(Tone::Code)));
-    assert_at_least(&design, 18.4, 16.0, 0.82);
+    assert_at_least(&design, 18.6, 16.1, 0.82);
     assert!(design.volume.values().iter().all(|ink| (0.0..=1.0).contains(ink)));
     let light: f64 = design.views.iter().map(|view| view.quality.efficiency).sum::<f64>() / 3.0;
-    assert!(light > 0.36, "{light}");
+    assert!(light > 0.385, "{light}");
 }
 
 #[test]
 fn three_views_in_light() {
-    assert_at_least(&solve(&request(&THREE, PIXELS, ideal(Tone::Linear))), 18.2, 15.6, 0.80);
+    assert_at_least(&solve(&request(&THREE, PIXELS, ideal(Tone::Linear))), 18.5, 16.0, 0.80);
 }
 
 #[test]
 fn four_views_about_both_axes() {
-    assert_at_least(&solve(&request(&FOUR, PIXELS, ideal(Tone::Code))), 17.9, 15.8, 0.775);
+    assert_at_least(&solve(&request(&FOUR, PIXELS, ideal(Tone::Code))), 18.1, 16.0, 0.765);
 }
 
 #[test]

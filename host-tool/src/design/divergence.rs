@@ -64,7 +64,7 @@ impl Divergence {
                     let distance = *seen - wanted;
                     let far = distance.abs() > 1e-4;
                     let chord = if far { raw / if far { distance } else { 1.0 } } else { slope };
-                    let bound = chord.max(SLOPE_AT_WHITE).min(STEEPEST) * slope.max(wanted_slope);
+                    let bound = chord.clamp(SLOPE_AT_WHITE, STEEPEST) * slope.max(wanted_slope);
                     let white = wanted >= WHITE && distance > 0.0;
                     *error = if white { 0.0 } else { raw };
                     *seen = if white { 0.0 } else { slope };

@@ -92,14 +92,16 @@ pub(super) fn step_row(
 ) -> f64 {
     let voxels = now.iter_mut().zip(&mut *ahead).zip(&mut *gradient);
     match steps {
-        RowSteps::Even(step) => voxels.for_each(
-            #[inline(always)]
-            |((now, ahead), gradient)| step_voxel(now, ahead, gradient, pace.stride * step, pace.pull),
-        ),
-        RowSteps::Each(steps) => voxels.zip(steps).for_each(
-            #[inline(always)]
-            |(((now, ahead), gradient), &step)| step_voxel(now, ahead, gradient, pace.stride * step, pace.pull),
-        ),
+        RowSteps::Even(step) => {
+            for ((now, ahead), gradient) in voxels {
+                step_voxel(now, ahead, gradient, pace.stride * step, pace.pull);
+            }
+        }
+        RowSteps::Each(steps) => {
+            for (((now, ahead), gradient), &step) in voxels.zip(steps) {
+                step_voxel(now, ahead, gradient, pace.stride * step, pace.pull);
+            }
+        }
     }
     sum(gradient)
 }
