@@ -32,6 +32,7 @@ pub(crate) fn plan() -> Plan {
         },
         views: VIEWS.into_iter().map(view).collect(),
         neutral: PerLamp::new(Level(32_768), Level(32_768)),
+        shared: Default::default(),
         lamps: Default::default(),
         limits: Default::default(),
         viewer: Default::default(),

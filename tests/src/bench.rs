@@ -251,6 +251,7 @@ pub fn standard_plan() -> Plan {
         volume,
         views: views.into_iter().collect(),
         neutral: PerLamp::new(level(0.6), level(0.6)),
+        shared: Default::default(),
         lamps: PerLamp::default(),
         limits: Limits::default(),
         viewer: ViewerSettings::default(),

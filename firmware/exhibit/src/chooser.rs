@@ -2,12 +2,12 @@
 //!
 //! Every viewer has a selector of their own, so that one viewer's hysteresis never depends on another's steps. The
 //! policy then says which viewer decides. A view once shown is kept for the plan's least hold. Views that share a
-//! direction are its pages: they are turned while somebody stands there.
+//! direction are its pages: they are turned while somebody stands there, by time or by the viewer's step.
 
 use heapless::Vec;
 
-use crate::plan::{Between, Emphasis, MAX_VIEWS, Plan, Policy};
-use crate::units::{Level, Milliseconds, PerLamp};
+use crate::plan::{Between, Emphasis, MAX_VIEWS, Paging, Plan, Policy, mean};
+use crate::units::{Level, Milliseconds};
 use crate::viewer::{Bearing, MAX_TRACKS, Selector, Track, Tracker, nearest_view};
 
 /// Another viewer must be nearer by this many eighths of the present one's signal before `Policy::Nearest` turns.
@@ -33,6 +33,8 @@ pub struct Chooser {
     turn_for: Milliseconds,
     page: u8,
     page_for: Milliseconds,
+    /// Where the viewer who decides stood after the page was turned.
+    page_at: Option<Bearing>,
 }
 
 impl Chooser {
@@ -47,6 +49,7 @@ impl Chooser {
             turn_for: Milliseconds(0),
             page: 0,
             page_for: Milliseconds(0),
+            page_at: None,
         }
     }
 
@@ -71,18 +74,19 @@ impl Chooser {
         self.shown_for = self.shown_for.plus(elapsed);
         self.turn_for = self.turn_for.plus(elapsed);
         self.select_for_each(plan, tracker, elapsed);
-        self.turn_page(plan, elapsed);
+        self.page_for = self.page_for.plus(elapsed);
         if let Some(decider) = self.decide(plan, tracker) {
             self.bearing = Some(decider.bearing());
             let wanted = self.own_view(decider.number);
             let free = self.shown.is_none() || self.shown_for >= plan.viewer.least_hold;
             if wanted != self.shown && free {
                 (self.shown, self.shown_for) = (wanted, Milliseconds(0));
-                (self.page, self.page_for) = (0, Milliseconds(0));
+                self.open_page(0);
             }
         } else {
             self.bearing = None;
         }
+        self.turn_page(plan);
         self.pair(plan)
     }
 
@@ -119,6 +123,8 @@ impl Chooser {
         if decider.map(|track| track.number) != self.decider {
             self.decider = decider.map(|track| track.number);
             self.turn_for = Milliseconds(0);
+            // Another viewer stands elsewhere without having taken a step.
+            self.page_at = None;
         }
         decider
     }
@@ -143,13 +149,30 @@ impl Chooser {
         self.own.iter().find(|own| own.number == number).and_then(|own| own.selector.chosen())
     }
 
-    fn turn_page(&mut self, plan: &Plan, elapsed: Milliseconds) {
+    fn open_page(&mut self, page: u8) {
+        (self.page, self.page_for, self.page_at) = (page, Milliseconds(0), self.bearing);
+    }
+
+    fn turn_page(&mut self, plan: &Plan) {
         let count = self.shown.map_or(1, |shown| pages(plan, shown).count()) as u8;
-        self.page_for = self.page_for.plus(elapsed);
-        if count > 1 && self.page_for >= plan.viewer.page {
-            self.page = (self.page + 1) % count;
-            self.page_for = Milliseconds(0);
+        if self.page_at.is_none() || self.page_for < plan.viewer.least_hold {
+            // The step that turned the page may not be at its end yet: the next one begins there.
+            self.page_at = self.bearing;
         }
+        let over = match plan.viewer.paging {
+            Paging::Time => self.page_for >= plan.viewer.page,
+            Paging::Step => self.has_stepped(plan),
+        };
+        if count > 1 && over {
+            self.open_page((self.page + 1) % count);
+        }
+    }
+
+    /// A step to the side: heights are seen too coarsely to tell a step from a nod.
+    fn has_stepped(&self, plan: &Plan) -> bool {
+        let way = |(from, to): (Bearing, Bearing)| to.horizontal.0.abs_diff(from.horizontal.0);
+        let moved = self.page_at.zip(self.bearing).map_or(0, way);
+        moved >= plan.viewer.step.0.unsigned_abs()
     }
 
     fn pair(&self, plan: &Plan) -> Option<Emphasis> {
@@ -163,23 +186,26 @@ impl Chooser {
         }
     }
 
-    /// The mean of the pairs of all views that somebody looks at, each view counted once.
+    /// The pair for all views that somebody looks at: of one view its own, of two the plan's pair for both, of more
+    /// the mean of the pairs for each two.
     fn shared(&self, plan: &Plan) -> Emphasis {
-        let mut looked_at = [false; MAX_VIEWS];
+        let mut looked_at: Vec<u8, MAX_VIEWS> = Vec::new();
         for own in &self.own {
-            if let Some(looked_at) =
-                own.selector.chosen().and_then(|view| looked_at.get_mut(usize::from(view)))
-            {
-                *looked_at = true;
+            let chosen = own.selector.chosen();
+            // Whoever stands where the shown view is sees the page that is turned up.
+            let seen = if chosen == self.shown { self.view(plan) } else { chosen };
+            if let Some(view) = seen.filter(|view| !looked_at.contains(view)) {
+                // There are never more views than there is room for.
+                let _ = looked_at.push(view);
             }
         }
-        let views =
-            || plan.views.iter().zip(looked_at).filter(|(_, looked_at)| *looked_at).map(|(view, _)| view);
-        let count = (views().count() as u32).max(1);
-        let mean = |level: fn(&Emphasis) -> Level| {
-            Level((views().map(|view| u32::from(level(&view.emphasis).0)).sum::<u32>() / count) as u16)
-        };
-        PerLamp::new(mean(|pair| pair.top), mean(|pair| pair.bottom))
+        if let [view] = looked_at[..] {
+            return plan.views.get(usize::from(view)).map_or(plan.neutral, |view| view.emphasis);
+        }
+        let each_two = looked_at.iter().enumerate().flat_map(|(index, &one)| {
+            looked_at.iter().skip(index + 1).filter_map(move |&other| plan.shared_pair(one, other))
+        });
+        mean(each_two)
     }
 }
 

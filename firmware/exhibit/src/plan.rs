@@ -13,6 +13,8 @@ use crate::viewer::Bearing;
 
 /// The most views a plan holds.
 pub const MAX_VIEWS: usize = 16;
+/// The most pairs of views that a plan holds: each two of its views.
+pub const MAX_SHARED: usize = MAX_VIEWS * (MAX_VIEWS - 1) / 2;
 /// The most points of a lamp's calibration curve.
 pub const MAX_CURVE: usize = 12;
 
@@ -21,7 +23,7 @@ pub type Emphasis = PerLamp<Level>;
 
 /// A direction with its pattern.
 ///
-/// Views that share a direction are pages of it: the controller turns them in their order.
+/// Views that share a direction are pages of it: the controller turns them in their order (see [`Paging`]).
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct View {
     /// The name that exhibit.toml gives it.
@@ -113,7 +115,7 @@ pub enum Policy {
     First,
     /// Who gives the strongest signal, that is, stands nearest.
     Nearest,
-    /// All: the pair half-way between the pairs of their views.
+    /// All: the pair that is best for all views looked at (see [`Plan::shared`]).
     Shared,
     /// Each in turn, for `ViewerSettings::turn`.
     Alternating,
@@ -127,6 +129,16 @@ pub enum Between {
     Nearest,
     /// The pair follows the bearing along a smooth path through the views' pairs.
     Smooth,
+}
+
+/// When the pages of a direction are turned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Paging {
+    /// After `ViewerSettings::page`, for as long as somebody stands there.
+    #[default]
+    Time,
+    /// When the viewer has moved to the side by `ViewerSettings::step` since the page was turned, or since they came.
+    Step,
 }
 
 /// How viewers are followed.
@@ -146,8 +158,12 @@ pub struct ViewerSettings {
     pub dead_zone: CentiDegrees,
     /// How long each viewer's view is shown under `Policy::Alternating`.
     pub turn: Milliseconds,
-    /// How long each page of a direction is shown.
+    /// When the pages of a direction are turned.
+    pub paging: Paging,
+    /// How long each page of a direction is shown under `Paging::Time`.
     pub page: Milliseconds,
+    /// How far the viewer has to move for the next page under `Paging::Step`.
+    pub step: CentiDegrees,
     /// The time of a change from one pair to another, over the whole range.
     pub fade: Milliseconds,
 }
@@ -176,6 +192,9 @@ pub struct Plan {
     pub views: Vec<View, MAX_VIEWS>,
     /// The pair for nobody in particular.
     pub neutral: Emphasis,
+    /// The pair that is best for two views at once, for each two: 0 and 1, 0 and 2 and on, then 1 and 2 and on; or
+    /// nothing, and the mean of the two views' pairs serves.
+    pub shared: Vec<Emphasis, MAX_SHARED>,
     /// The lamps as measured.
     pub lamps: PerLamp<LampCalibration>,
     /// Limits.
@@ -186,6 +205,33 @@ pub struct Plan {
     pub presence: PresenceSettings,
     /// When the exhibit is open.
     pub calendar: Calendar,
+}
+
+impl Plan {
+    /// The pair for two views at once, by their indices in any order.
+    pub fn shared_pair(&self, one: u8, other: u8) -> Option<Emphasis> {
+        let (first, second) = (usize::from(one.min(other)), usize::from(one.max(other)));
+        let [one, other] = [self.views.get(first)?.emphasis, self.views.get(second)?.emphasis];
+        if first == second {
+            return Some(one);
+        }
+        // Before those of `first` stand the pairs of all views before it.
+        let before = first * (2 * self.views.len() - first - 1) / 2;
+        Some(self.shared.get(before + second - first - 1).copied().unwrap_or_else(|| mean([one, other])))
+    }
+}
+
+/// The mean of lamp pairs, dark where there is none.
+pub fn mean(pairs: impl IntoIterator<Item = Emphasis>) -> Emphasis {
+    let (mut top, mut bottom, mut count) = (0_u32, 0_u32, 0_u32);
+    // Views are few: sums of 16-bit levels do not overflow.
+    for pair in pairs {
+        top += u32::from(pair.top.0);
+        bottom += u32::from(pair.bottom.0);
+        count += 1;
+    }
+    let level = |sum: u32| Level((sum / count.max(1)) as u16);
+    PerLamp::new(level(top), level(bottom))
 }
 
 impl Default for Limits {
@@ -223,7 +269,9 @@ impl Default for ViewerSettings {
             least_hold: Milliseconds(1_500),
             dead_zone: CentiDegrees(500),
             turn: Milliseconds(8_000),
+            paging: Paging::Time,
             page: Milliseconds(8_000),
+            step: CentiDegrees(600),
             fade: Milliseconds(300),
         }
     }

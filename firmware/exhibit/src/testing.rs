@@ -20,6 +20,7 @@ pub(crate) fn plan() -> Plan {
         volume,
         views: views.into_iter().collect(),
         neutral: PerLamp::new(Level(40_000), Level(40_000)),
+        shared: Default::default(),
         lamps: PerLamp::default(),
         limits: Limits::default(),
         viewer: ViewerSettings::default(),

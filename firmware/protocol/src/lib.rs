@@ -25,8 +25,8 @@
 //!
 //! The first request is [`Request::Hello`]. Its encoding, that of [`Hello`], of the envelope and of the frame are
 //! frozen in every version, so that any host can name any controller. Everything else may change with [`VERSION`];
-//! [`FINGERPRINT`] is computed at compile time from the golden bytes of all messages (`golden/messages.txt`), which
-//! a test holds against the types: when a field moves, the fingerprint moves with it.
+//! [`FINGERPRINT`] is computed at compile time from the golden bytes of all messages and of a plan
+//! (`golden/messages.txt`), which a test holds against the types: when a field moves, the fingerprint moves with it.
 //!
 //! # What a host may not do
 //!
@@ -61,7 +61,7 @@ pub use server::{Controller, Link, Server};
 pub use status::Status;
 
 /// The version of the messages. It grows when a message changes its meaning or its layout.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
 /// The most bytes of a plan in one message.
 pub const MAX_CHUNK: usize = 256;

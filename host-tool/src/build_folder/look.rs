@@ -1,6 +1,6 @@
 //! What a viewer of a build sees from any direction, under any lamp pair.
 
-use crate::config::{Exhibit, ToneSetting};
+use crate::config::{Exhibit, ToneSetting, distance};
 use crate::measure::percentiles;
 use crate::optics::{Direction, LampPair, film_weights, ideal_weights};
 use crate::picture::Picture;
@@ -39,11 +39,16 @@ pub struct Look {
 }
 
 impl LookRequest {
-    /// Looks along `direction` with everything else as the exhibit has it, both lamps full.
+    /// Looks along `direction` with everything else as the exhibit has it, both lamps full; from the distance of the
+    /// first view in that direction, where there is one.
     pub fn new(exhibit: &Exhibit, direction: Direction) -> Self {
+        let mut views = exhibit.views.iter();
+        let view = views.find(|view| {
+            [view.horizontal_deg, view.vertical_deg] == [direction.horizontal_deg, direction.vertical_deg]
+        });
         Self {
             direction,
-            distance: exhibit.viewer_distance(),
+            distance: view.map_or(exhibit.viewer_distance(), |view| distance(view.distance_mm)),
             lamps: LampPair::FULL,
             ideal: false,
             gain: None,

@@ -6,7 +6,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::report::{Report, ViewReport};
 use super::viewer::viewer;
-use crate::config::Exhibit;
+use crate::config::{Exhibit, LampSetting};
 
 const STYLE: &str = include_str!("page.css");
 
@@ -48,6 +48,8 @@ pub(super) fn page(
                     (figures_table(report))
                     h2 { "Lamps" }
                     (lamp_table(report))
+                    (shared_table(report))
+                    @if let Some(words) = report.hold_in_words() { p { (words) } }
                 }
                 footer { "Designed with Vitrine " (report.vitrine) "." }
             }
@@ -72,7 +74,12 @@ fn stack_in_words(exhibit: &Exhibit) -> String {
 }
 
 fn view_section(view: &ViewReport, pictures: &ViewPictures) -> Markup {
-    let direction = format!("{}° horizontal, {}° vertical", view.horizontal_deg, view.vertical_deg);
+    let mut direction = format!("{}° horizontal, {}° vertical", view.horizontal_deg, view.vertical_deg);
+    match view.lamp {
+        Some(LampSetting::Top) => direction += ", under the top lamp alone",
+        Some(LampSetting::Bottom) => direction += ", under the bottom lamp alone",
+        None => {}
+    }
     html! {
         section {
             h3 { (view.id) }
@@ -165,6 +172,13 @@ fn lamp_table(report: &Report) -> Markup {
                     }
                 }
                 tr {
+                    th scope="row" { "Mean" }
+                    td colspan="2" {}
+                    @for (psnr_db, ssim) in report.mean_under_lamps().1 {
+                        td { (format!("{psnr_db:.1} dB / {ssim:.2}")) }
+                    }
+                }
+                tr {
                     th scope="row" { "Neutral" }
                     td { (level(report.neutral.top)) }
                     td { (level(report.neutral.bottom)) }
@@ -172,6 +186,30 @@ fn lamp_table(report: &Report) -> Markup {
                 }
             }
         } }
+    }
+}
+
+fn shared_table(report: &Report) -> Markup {
+    html! {
+        @if !report.shared.is_empty() {
+            div class="wide" { table {
+                caption { "For two viewers at once: the pair that is best for both views" }
+                thead { tr {
+                    th scope="col" { "Views" }
+                    th scope="col" { "Top" }
+                    th scope="col" { "Bottom" }
+                } }
+                tbody {
+                    @for shared in &report.shared {
+                        tr {
+                            th scope="row" { (shared.views[0]) " and " (shared.views[1]) }
+                            td { (format!("{:.0} %", 100.0 * shared.pair.top)) }
+                            td { (format!("{:.0} %", 100.0 * shared.pair.bottom)) }
+                        }
+                    }
+                }
+            } }
+        }
     }
 }
 

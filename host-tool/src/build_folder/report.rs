@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::config::Exhibit;
-use crate::design::{Design, ViewDesign};
+use crate::config::{Exhibit, Hold, LampSetting, ViewSettings};
+use crate::design::{Design, SharedPair, ViewDesign};
 use crate::measure::Quality;
 use crate::optics::LampPair;
 
@@ -24,8 +24,19 @@ pub struct Report {
     pub least_ssim: f64,
     /// The lamp pair for nobody in particular.
     pub neutral: Pair,
+    /// For each two views, the pair that is best for both at once.
+    pub shared: Vec<SharedReport>,
     /// The views, in the order of exhibit.toml.
     pub views: Vec<ViewReport>,
+}
+
+/// The lamp pair that is best for two views at once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SharedReport {
+    /// The two views' ids.
+    pub views: [String; 2],
+    /// The pair.
+    pub pair: Pair,
 }
 
 /// A lamp pair, levels 0..=1, linear in irradiance.
@@ -46,8 +57,18 @@ pub struct ViewReport {
     pub horizontal_deg: f64,
     /// Angle above the stack's normal.
     pub vertical_deg: f64,
-    /// The lamp pair that shows this view at its best; the larger level is 1.
+    /// Distance of the view's eye; none for parallel rays.
+    pub distance_mm: Option<f64>,
+    /// The only lamp under which the view is shown, where two views share its direction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lamp: Option<LampSetting>,
+    /// The lamp pair that shows this view at its best; the larger level is 1, or less where the view would be too
+    /// bright beside the others.
     pub emphasis: Pair,
+    /// The light that is seen as white under this pair; 1 is what full ink gives under both lamps full.
+    pub white: f64,
+    /// How long the pair can be held in a day.
+    pub hold: Hold,
     /// Structural similarity of the pattern to the given picture, where it was adapted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub similarity_to_given: Option<f64>,
@@ -85,7 +106,7 @@ impl Report {
             .views
             .iter()
             .zip(&design.views)
-            .map(|(view, designed)| ViewReport::new(view.horizontal_deg, view.vertical_deg, designed))
+            .map(|(view, designed)| ViewReport::new(exhibit, view, designed))
             .collect();
         Self {
             name: exhibit.name.clone(),
@@ -95,6 +116,7 @@ impl Report {
             mean_ssim: design.mean_ssim(),
             least_ssim: views.iter().map(|view| view.quality.ssim).fold(f64::INFINITY, f64::min),
             neutral: design.neutral.into(),
+            shared: design.shared.iter().map(|shared| SharedReport::new(shared, design)).collect(),
             views,
         }
     }
@@ -114,23 +136,75 @@ impl Report {
             "{:<16} {:>23}   {:>5.1} dB  SSIM {:.2}   least view {:.1} dB  SSIM {:.2}",
             "mean", "", self.mean_psnr_db, self.mean_ssim, self.least_psnr_db, self.least_ssim
         ));
+        lines.push(format!(
+            "{:<16} {:<16} {:<16} both lamps full",
+            "what lamps do", "own pair", "neutral pair"
+        ));
+        for (id, under) in self
+            .views
+            .iter()
+            .map(|view| (view.id.as_str(), view.under_lamps()))
+            .chain([self.mean_under_lamps()])
+        {
+            let cells = under.map(|(psnr_db, ssim)| format!("{psnr_db:>5.1} dB {ssim:.2}   "));
+            lines.push(format!("{id:<16} {}", cells.join(" ").trim_end()));
+        }
+        lines.extend(self.hold_in_words());
         lines.join("\n")
+    }
+
+    /// Mean PSNR in dB and SSIM of the views behind the stack's own films: each under its own pair, under the neutral
+    /// one, and with both lamps full.
+    pub fn mean_under_lamps(&self) -> (&'static str, [(f64, f64); 3]) {
+        let count = self.views.len().max(1) as f64;
+        let mean = |column: usize| {
+            let cells = || self.views.iter().map(|view| view.under_lamps()[column]);
+            (cells().map(|cell| cell.0).sum::<f64>() / count, cells().map(|cell| cell.1).sum::<f64>() / count)
+        };
+        ("mean", [mean(0), mean(1), mean(2)])
+    }
+
+    /// Says so where a view's pair cannot be held all day.
+    pub fn hold_in_words(&self) -> Option<String> {
+        let short = self.views.iter().filter(|view| !view.hold.is_whole());
+        let view = short.min_by(|a, b| a.hold.held_h.total_cmp(&b.hold.held_h))?;
+        Some(view.hold.in_words(&view.id))
+    }
+}
+
+impl SharedReport {
+    fn new(shared: &SharedPair, design: &Design) -> Self {
+        let id = |view: usize| design.views[view].id.clone();
+        Self { views: [id(shared.first), id(shared.second)], pair: shared.pair.into() }
     }
 }
 
 impl ViewReport {
-    fn new(horizontal_deg: f64, vertical_deg: f64, designed: &ViewDesign) -> Self {
+    fn new(exhibit: &Exhibit, view: &ViewSettings, designed: &ViewDesign) -> Self {
+        let ViewSettings { horizontal_deg, vertical_deg, distance_mm, lamp, .. } = *view;
         Self {
             id: designed.id.clone(),
             horizontal_deg,
             vertical_deg,
+            distance_mm,
+            lamp,
             emphasis: designed.emphasis.into(),
+            white: designed.white,
+            hold: exhibit.hold(designed.emphasis),
             similarity_to_given: None,
             quality: designed.quality.into(),
             under_own_lamps: designed.under_own_lamps.into(),
             under_neutral_lamps: designed.under_neutral_lamps.into(),
             under_full_lamps: designed.under_full_lamps.into(),
         }
+    }
+}
+
+impl ViewReport {
+    /// PSNR in dB and SSIM behind the stack's own films: under the view's own pair, the neutral one, both lamps full.
+    pub fn under_lamps(&self) -> [(f64, f64); 3] {
+        [self.under_own_lamps, self.under_neutral_lamps, self.under_full_lamps]
+            .map(|figures| (figures.psnr_db, figures.ssim))
     }
 }
 

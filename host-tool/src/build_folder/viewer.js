@@ -136,6 +136,8 @@
     button.addEventListener("click", () => {
       const view = stack.views[Number(button.dataset.view)];
       for (const name of ["horizontal", "vertical", "top", "bottom"]) control(name).value = view[name];
+      control("far").checked = view.distance === null;
+      if (view.distance !== null) control("distance").value = view.distance;
       show();
     });
   }

@@ -20,7 +20,7 @@ pub(super) fn viewer(exhibit: &Exhibit, report: &Report, films: &[Vec<u8>]) -> M
     }
     let first = report.views.first();
     let start = |value: Option<f64>| value.unwrap_or_default().to_string();
-    let distance = exhibit.viewer.distance_mm;
+    let distance = first.map_or(exhibit.viewer.distance_mm, |view| view.distance_mm);
     html! {
         section id="viewer" {
             h2 { "Look at it" }
@@ -63,6 +63,7 @@ fn stack(exhibit: &Exhibit, report: &Report, films: &[Vec<u8>]) -> String {
         json!({
             "horizontal": view.horizontal_deg,
             "vertical": view.vertical_deg,
+            "distance": view.distance_mm,
             "top": view.emphasis.top,
             "bottom": view.emphasis.bottom,
         })

@@ -13,10 +13,9 @@ use super::manifest::{FORMAT, Manifest, portable_name};
 use super::page::{ViewPictures, page};
 use super::report::Report;
 use super::whole::WholeFolder;
-use crate::config::{Exhibit, ZoneError};
+use crate::config::{Exhibit, PlanPairs, ZoneError};
 use crate::design::{Design, DesignRequest};
 use crate::measure::structural_similarity;
-use crate::optics::LampPair;
 use crate::picture::Picture;
 use crate::volume::InkDepth;
 use vitrine_exhibit::plan::{Plan, PlanError, ValidPlan};
@@ -200,8 +199,12 @@ pub(super) fn encode_rgb8(
 }
 
 fn plan_of(exhibit: &Exhibit, design: &Design, depth: InkDepth) -> Result<Plan, BuildError> {
-    let emphases: Vec<LampPair> = design.views.iter().map(|view| view.emphasis).collect();
-    let plan = exhibit.plan(&emphases, design.neutral, design.volume.blake3(depth))?;
+    let pairs = PlanPairs {
+        views: design.views.iter().map(|view| view.emphasis).collect(),
+        neutral: design.neutral,
+        shared: design.shared.iter().map(|shared| shared.pair).collect(),
+    };
+    let plan = exhibit.plan(&pairs, design.volume.blake3(depth))?;
     ValidPlan::new(plan.clone())?;
     Ok(plan)
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use miette::{Diagnostic, Report};
 use thiserror::Error;
 use vitrine::build_folder::{BuildFolder, LookRequest, look, look_png, write_file};
-use vitrine::config::ToneSetting;
+use vitrine::config::{ToneSetting, distance};
 use vitrine::optics::{Direction, LampPair};
 use vitrine::projection::ViewerDistance;
 
@@ -17,6 +17,7 @@ use super::output::Output;
 #[command(after_help = "\
 Examples:
   vitrine view build --horizontal 30 -o right.png
+  vitrine view build --view cat -o cat.png
   vitrine view build --horizontal -30 --vertical 10 --top 1 --bottom 0 -o view.png
   vitrine view build --horizontal 30 --ideal --gain 2 -o view.png --json
 
@@ -26,17 +27,26 @@ pub(super) struct View {
     /// The build folder.
     build: PathBuf,
     /// Degrees to the right of the stack's normal; negative is to the left.
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        allow_hyphen_values = true,
+        value_parser = angle,
+        required_unless_present = "view"
+    )]
+    horizontal: Option<f64>,
+    /// Degrees above the stack's normal; negative is below. Straight ahead, if left out.
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = angle)]
-    horizontal: f64,
-    /// Degrees above the stack's normal; negative is below.
-    #[arg(long, value_name = "DEGREES", default_value = "0", allow_hyphen_values = true, value_parser = angle)]
-    vertical: f64,
-    /// Level of the top lamp, on the viewer's side, 0 to 1.
-    #[arg(long, value_name = "LEVEL", default_value = "1", value_parser = level)]
-    top: f64,
-    /// Level of the bottom lamp, 0 to 1.
-    #[arg(long, value_name = "LEVEL", default_value = "1", value_parser = level)]
-    bottom: f64,
+    vertical: Option<f64>,
+    /// As the viewer of this view sees it: from its direction and distance, under its own lamp pair.
+    #[arg(long, value_name = "ID", conflicts_with_all = ["horizontal", "vertical"])]
+    view: Option<String>,
+    /// Level of the top lamp, on the viewer's side, 0 to 1; full, if left out, or that of the view.
+    #[arg(long, value_name = "LEVEL", value_parser = level)]
+    top: Option<f64>,
+    /// Level of the bottom lamp, 0 to 1; full, if left out, or that of the view.
+    #[arg(long, value_name = "LEVEL", value_parser = level)]
+    bottom: Option<f64>,
     /// Without absorption, seen from far away.
     #[arg(long)]
     ideal: bool,
@@ -69,6 +79,12 @@ enum ViewFailure {
         help("this is a fault of vitrine: please report it with the build")
     )]
     Encode(#[source] png::EncodingError),
+    #[error("the build has no view {id}")]
+    #[diagnostic(code("vitrine::view::no_such_view"), help("it has {views}"))]
+    NoSuchView { id: String, views: String },
+    #[error(transparent)]
+    #[diagnostic(code("vitrine::view::plan"), help("design the exhibit again into this folder"))]
+    Plan(#[from] vitrine_protocol::plan_file::PlanFileError),
     #[error("a viewer at {distance_mm} mm is not in front of the stack, which is {depth_mm} mm deep")]
     #[diagnostic(code("vitrine::view::too_near"), help("give a larger --distance"))]
     TooNear { distance_mm: f64, depth_mm: f64 },
@@ -82,15 +98,18 @@ impl View {
         for name in &films.changed {
             output.note(&format!("note: {name} is not as the design wrote it"));
         }
-        let seen = look(exhibit, &films.volume, &self.request(exhibit.film_stack().depth_mm(), exhibit)?);
+        let request = self.request(&build)?;
+        let seen = look(exhibit, &films.volume, &request);
         let png = look_png(&seen, exhibit.design.tone, self.encode).map_err(ViewFailure::Encode)?;
         write_file(&self.output, &png)
             .map_err(|source| ViewFailure::Write { path: self.output.clone(), source })?;
         let light = exhibit.design.tone == ToneSetting::Linear && !self.encode;
         let result = serde_json::json!({
             "picture": self.output,
-            "horizontal_deg": self.horizontal,
-            "vertical_deg": self.vertical,
+            "horizontal_deg": request.direction.horizontal_deg,
+            "vertical_deg": request.direction.vertical_deg,
+            "top": request.lamps.top,
+            "bottom": request.lamps.bottom,
             "gain": seen.gain,
             "weight_sum": seen.weight_sum,
             "values": if light { "light" } else { "sRGB" },
@@ -100,22 +119,45 @@ impl View {
         Ok(())
     }
 
-    fn request(&self, depth_mm: f64, exhibit: &vitrine::config::Exhibit) -> Result<LookRequest, ViewFailure> {
-        let mut request = LookRequest::new(exhibit, Direction::new(self.horizontal, self.vertical));
-        request.lamps = LampPair::new(self.top, self.bottom);
+    fn request(&self, build: &BuildFolder) -> Result<LookRequest, Report> {
+        let exhibit = &build.manifest().exhibit;
+        let direction = Direction::new(self.horizontal.unwrap_or(0.0), self.vertical.unwrap_or(0.0));
+        let mut request = match &self.view {
+            Some(id) => as_viewed(build, id)?,
+            None => LookRequest::new(exhibit, direction),
+        };
+        request.lamps.top = self.top.unwrap_or(request.lamps.top);
+        request.lamps.bottom = self.bottom.unwrap_or(request.lamps.bottom);
         if self.ideal {
             request.ideal = true;
             request.distance = ViewerDistance::Parallel;
         }
         request.gain = self.gain;
         if let Some(distance_mm) = self.distance {
+            let depth_mm = exhibit.film_stack().depth_mm();
             if !(distance_mm.is_finite() && distance_mm > depth_mm) {
-                return Err(ViewFailure::TooNear { distance_mm, depth_mm });
+                return Err(ViewFailure::TooNear { distance_mm, depth_mm }.into());
             }
             request.distance = ViewerDistance::Millimetres(distance_mm);
         }
         Ok(request)
     }
+}
+
+/// Looks as the viewer of the view `id` does, under the pair that the plan has for it.
+fn as_viewed(build: &BuildFolder, id: &str) -> Result<LookRequest, Report> {
+    let exhibit = &build.manifest().exhibit;
+    let plan = vitrine_protocol::plan_file::decode(&build.plan_file()?).map_err(ViewFailure::from)?;
+    let views = exhibit.views.iter().zip(&plan.views);
+    let Some((view, planned)) = views.into_iter().find(|(view, _)| view.id == id) else {
+        let views = exhibit.views.iter().map(|view| view.id.as_str()).collect::<Vec<_>>().join(", ");
+        return Err(ViewFailure::NoSuchView { id: id.to_owned(), views }.into());
+    };
+    let mut request = LookRequest::new(exhibit, Direction::new(view.horizontal_deg, view.vertical_deg));
+    request.distance = distance(view.distance_mm);
+    let level = |level: vitrine_exhibit::units::Level| f64::from(level.0) / f64::from(u16::MAX);
+    request.lamps = LampPair::new(level(planned.emphasis.top), level(planned.emphasis.bottom));
+    Ok(request)
 }
 
 fn angle(text: &str) -> Result<f64, String> {

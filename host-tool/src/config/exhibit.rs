@@ -238,10 +238,24 @@ pub struct VisitorSettings {
     pub dead_zone_deg: f64,
     /// How long each viewer's view is shown where they alternate.
     pub turn_s: f64,
-    /// How long each page of a direction is shown.
+    /// What turns the pages of a direction: two views under a lamp each.
+    pub paging: PagingSetting,
+    /// How long a page is shown where time turns it.
     pub page_s: f64,
+    /// How far the viewer has to move to the side where a step turns the page.
+    pub step_deg: f64,
     /// The time of a change from one lamp pair to another, over the whole range.
     pub fade_s: f64,
+}
+
+/// What turns the pages of a direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PagingSetting {
+    /// Time.
+    Time,
+    /// The viewer's step to the side.
+    Step,
 }
 
 /// Whose view is shown.

@@ -6,6 +6,7 @@
 mod calendar;
 mod contradictions;
 mod exhibit;
+mod hold;
 mod load;
 mod plan;
 mod problem;
@@ -17,13 +18,15 @@ mod zone;
 
 pub use exhibit::{
     CalendarSettings, DesignSettings, Exhibit, FrameSetting, LampSetting, LampSettings, LimitSettings,
-    MethodSetting, OpticsSetting, PrintSettings, ScheduleRule, StackSettings, ToneSetting, ViewSettings,
-    ViewerSettings,
+    MethodSetting, OpticsSetting, PagingSetting, PrintSettings, ScheduleRule, StackSettings, ToneSetting,
+    ViewSettings, ViewerSettings,
 };
+pub use hold::Hold;
 pub use load::{load, parse};
-pub use plan::emphasis;
+pub use plan::{PlanPairs, emphasis};
 pub use problem::{ConfigError, Problem};
 pub use reader::closest;
+pub use request::distance;
 pub use zone::{ZoneError, time_zone};
 
 #[cfg(test)]

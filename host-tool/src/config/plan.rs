@@ -4,39 +4,54 @@ use heapless::{String, Vec};
 use jiff::civil;
 use vitrine_exhibit::plan::calendar::{self, Calendar, ClosedDays, MinuteOfDay, Weekdays};
 use vitrine_exhibit::plan::{
-    BelowFloor, Between, CurvePoint, Emphasis, LampCalibration, Limits, Plan, Policy, PresenceSettings, View,
-    ViewerSettings, VolumeMetadata,
+    BelowFloor, Between, CurvePoint, Emphasis, LampCalibration, Limits, Paging, Plan, Policy,
+    PresenceSettings, View, ViewerSettings, VolumeMetadata,
 };
 use vitrine_exhibit::units::{CentiDegrees, Dose, Irradiance, Level, Milliseconds, PerLamp};
 
 use super::calendar::closed_spans;
-use super::exhibit::{BelowFloorSetting, BetweenSetting, Exhibit, PolicySetting, ScheduleRule};
+use super::exhibit::{
+    BelowFloorSetting, BetweenSetting, Exhibit, PagingSetting, PolicySetting, ScheduleRule,
+};
 use super::zone::{ZoneError, time_zone};
 use crate::optics::LampPair;
 
+/// The lamp pairs of a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanPairs {
+    /// Of the views, in their order.
+    pub views: std::vec::Vec<LampPair>,
+    /// For nobody in particular.
+    pub neutral: LampPair,
+    /// For each two views at once: the first and the second, the first and the third and on; or none.
+    pub shared: std::vec::Vec<LampPair>,
+}
+
 impl Exhibit {
-    /// The plan of this exhibit: `emphases` are the views' lamp pairs in their order, `neutral` the pair for nobody
-    /// in particular, and `volume_blake3` names the printed volume.
+    /// The plan of this exhibit, whose printed volume is named by `volume_blake3`. Where the lamps are stronger than the
+    /// ceiling allows, all pairs are dimmed alike, so that none loses its balance.
     ///
     /// # Errors
     /// Fails when the time zone is unknown, which a file that was read does not have.
-    pub fn plan(
-        &self,
-        emphases: &[LampPair],
-        neutral: LampPair,
-        volume_blake3: [u8; 32],
-    ) -> Result<Plan, ZoneError> {
+    pub fn plan(&self, pairs: &PlanPairs, volume_blake3: [u8; 32]) -> Result<Plan, ZoneError> {
+        let held = |pair: &LampPair| emphasis(pair.scaled(self.level_under_the_ceiling()));
         Ok(Plan {
             name: shortened(&self.name),
             volume: self.volume_metadata(volume_blake3),
-            views: self.plan_views(emphases),
-            neutral: emphasis(neutral),
+            views: self.plan_views(&pairs.views.iter().map(held).collect::<std::vec::Vec<_>>()),
+            neutral: held(&pairs.neutral),
+            shared: pairs.shared.iter().map(held).collect(),
             lamps: PerLamp::new(self.lamp_calibration(0), self.lamp_calibration(1)),
             limits: self.plan_limits(),
             viewer: self.viewer_settings(),
             presence: self.presence_settings(),
             calendar: self.plan_calendar()?,
         })
+    }
+
+    /// The largest level that keeps a lamp under the plan's ceiling, at most 1.
+    pub fn level_under_the_ceiling(&self) -> f64 {
+        (self.lamps.ceiling_w_m2 / self.lamps.irradiance_w_m2).min(1.0)
     }
 
     /// The calendar of this exhibit, by which `vitrine check` previews what the controller will keep.
@@ -81,14 +96,14 @@ impl Exhibit {
         irradiance(self.lamps.irradiance_w_m2)
     }
 
-    fn plan_views(&self, emphases: &[LampPair]) -> Vec<View, { vitrine_exhibit::plan::MAX_VIEWS }> {
+    fn plan_views(&self, emphases: &[Emphasis]) -> Vec<View, { vitrine_exhibit::plan::MAX_VIEWS }> {
         let pairs = self.views.iter().zip(emphases);
         pairs
             .map(|(view, pair)| View {
                 id: shortened(&view.id),
                 horizontal: centi_degrees(view.horizontal_deg),
                 vertical: centi_degrees(view.vertical_deg),
-                emphasis: emphasis(*pair),
+                emphasis: *pair,
             })
             .collect()
     }
@@ -123,7 +138,12 @@ impl Exhibit {
             least_hold: milliseconds(visitors.least_hold_s),
             dead_zone: centi_degrees(visitors.dead_zone_deg),
             turn: milliseconds(visitors.turn_s),
+            paging: match visitors.paging {
+                PagingSetting::Time => Paging::Time,
+                PagingSetting::Step => Paging::Step,
+            },
             page: milliseconds(visitors.page_s),
+            step: centi_degrees(visitors.step_deg),
             fade: milliseconds(visitors.fade_s),
         }
     }
@@ -214,6 +234,11 @@ mod tests {
     use crate::config::parse;
     use vitrine_exhibit::plan::ValidPlan;
 
+    /// The pairs of an exhibit with one view.
+    fn one(pair: LampPair) -> PlanPairs {
+        PlanPairs { views: vec![pair], neutral: LampPair::FULL, shared: Default::default() }
+    }
+
     #[test]
     fn a_plan_from_exhibit_toml_is_one_the_controller_takes() {
         let text = "\
@@ -227,7 +252,8 @@ mod tests {
             [calendar]\ntime_zone = \"Europe/Berlin\"\nclosed = [\"2026-12-25\", \"2026-12-24\"]\n";
         let exhibit =
             parse(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("exhibit.toml"), text).unwrap();
-        let plan = exhibit.plan(&[LampPair::new(1.0, 0.5)], LampPair::FULL, [7; 32]).unwrap();
+        let pairs = one(LampPair::new(1.0, 0.5));
+        let plan = exhibit.plan(&pairs, [7; 32]).unwrap();
         assert_eq!(plan.name, "Nächte");
         assert_eq!(plan.views[0].horizontal, CentiDegrees(3000));
         assert_eq!(plan.views[0].emphasis, PerLamp::new(Level::FULL, Level(32_768)));
@@ -249,12 +275,34 @@ mod tests {
     fn what_is_left_out_is_the_firmwares_default() {
         let text = "[[view]]\nid = \"front\"\npattern = \"photos/cat.jpg\"\n";
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("exhibit.toml");
-        let plan = parse(&path, text).unwrap().plan(&[LampPair::FULL], LampPair::FULL, [7; 32]).unwrap();
+        let plan = parse(&path, text).unwrap().plan(&one(LampPair::FULL), [7; 32]).unwrap();
         assert_eq!(plan.viewer, ViewerSettings::default());
         assert_eq!(plan.limits, Limits::default());
         assert_eq!(plan.lamps, PerLamp::default());
         let idle_level = plan.presence.idle_level;
         assert_eq!(PresenceSettings { idle_level, ..PresenceSettings::default() }, plan.presence);
         assert!(idle_level.0.abs_diff(PresenceSettings::default().idle_level.0) <= 1);
+    }
+
+    #[test]
+    fn pairs_are_dimmed_under_the_ceiling_and_keep_their_balance() {
+        let text = "\
+            [lamps]\nirradiance_w_m2 = 25\nceiling_w_m2 = 10\n[visitors]\npaging = \"step\"\nstep_deg = 9\n\
+            [[view]]\nid = \"a\"\npattern = \"photos/cat.jpg\"\nlamp = \"top\"\n\
+            [[view]]\nid = \"b\"\npattern = \"photos/cat.jpg\"\nlamp = \"bottom\"\n";
+        let exhibit =
+            parse(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("exhibit.toml"), text).unwrap();
+        let pairs = PlanPairs {
+            views: vec![LampPair::TOP, LampPair::new(0.0, 0.5)],
+            neutral: LampPair::FULL,
+            shared: vec![LampPair::new(1.0, 0.5)],
+        };
+        let plan = exhibit.plan(&pairs, [7; 32]).unwrap();
+        assert_eq!(plan.views[0].emphasis, PerLamp::new(Level(26_214), Level(0)));
+        assert_eq!(plan.views[1].emphasis, PerLamp::new(Level(0), Level(13_107)));
+        assert_eq!(plan.shared[0], PerLamp::new(Level(26_214), Level(13_107)));
+        assert_eq!(plan.neutral, PerLamp::new(Level(26_214), Level(26_214)));
+        assert_eq!((plan.viewer.paging, plan.viewer.step), (Paging::Step, CentiDegrees(900)));
+        assert!(ValidPlan::new(plan).is_ok());
     }
 }

@@ -129,7 +129,8 @@ impl Exhibit {
     }
 }
 
-fn distance(millimetres: Option<f64>) -> ViewerDistance {
+/// A distance, in the engine's terms: `None` is for parallel rays.
+pub fn distance(millimetres: Option<f64>) -> ViewerDistance {
     millimetres.map_or(ViewerDistance::Parallel, ViewerDistance::Millimetres)
 }
 

@@ -4,7 +4,7 @@ use vitrine_exhibit::limits;
 use vitrine_exhibit::plan;
 use vitrine_exhibit::units::{CentiDegrees, Milliseconds};
 
-use super::exhibit::{BetweenSetting, PolicySetting, PresenceSettings, VisitorSettings};
+use super::exhibit::{BetweenSetting, PagingSetting, PolicySetting, PresenceSettings, VisitorSettings};
 use super::problem::Problem;
 use super::reader::{Bounds, TableReader, as_number};
 
@@ -33,6 +33,7 @@ pub(super) fn visitors(mut reader: TableReader<'_>, problems: &mut Vec<Problem>)
     );
     let between =
         reader.choice("between", &[("nearest", BetweenSetting::Nearest), ("smooth", BetweenSetting::Smooth)]);
+    let paging = reader.choice("paging", &[("time", PagingSetting::Time), ("step", PagingSetting::Step)]);
     let settings = VisitorSettings {
         policy: policy.unwrap_or(PolicySetting::First),
         between: between.unwrap_or(BetweenSetting::Nearest),
@@ -41,7 +42,17 @@ pub(super) fn visitors(mut reader: TableReader<'_>, problems: &mut Vec<Problem>)
         least_hold_s: reader.number("least_hold_s", seconds(defaults.least_hold), time(0.0, 60.0)),
         dead_zone_deg: reader.number("dead_zone_deg", degrees(defaults.dead_zone), ANGLE),
         turn_s: reader.number("turn_s", seconds(defaults.turn), time(1.0, 3600.0)),
+        paging: paging.unwrap_or(PagingSetting::Time),
         page_s: reader.number("page_s", seconds(defaults.page), time(1.0, 3600.0)),
+        step_deg: reader.number(
+            "step_deg",
+            degrees(defaults.step),
+            Bounds {
+                least: 1.0,
+                most: 20.0,
+                reason: "bearings waver by a degree or two, and a step at 1.5 m is about 15 degrees",
+            },
+        ),
         fade_s: reader.number("fade_s", seconds(defaults.fade), FADE),
     };
     reader.finish(problems);

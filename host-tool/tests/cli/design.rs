@@ -88,6 +88,82 @@ fn a_design_that_needs_more_memory_than_allowed_is_refused_beforehand() {
     assert!(finished.stderr.contains("needs at most about"), "{}", finished.stderr);
 }
 
+/// Two pictures in each of two directions, one under each lamp.
+const PAGES: &str = "\
+[stack]
+films = 10
+pixels = 48
+[design]
+tone = \"code\"
+iterations = 10
+[visitors]
+paging = \"step\"
+[lamps]
+irradiance_w_m2 = 20
+[[schedule]]
+days = \"daily\"
+from = \"10:00\"
+to = \"18:00\"
+[[view]]
+id = \"astronaut\"
+pattern = \"astronaut.jpg\"
+horizontal_deg = 25.0
+lamp = \"top\"
+[[view]]
+id = \"coffee\"
+pattern = \"coffee.jpg\"
+horizontal_deg = 25.0
+lamp = \"bottom\"
+[[view]]
+id = \"cat\"
+pattern = \"cat.jpg\"
+horizontal_deg = -25.0
+distance_mm = 700.0
+";
+
+#[test]
+fn pages_pairs_and_what_they_are_worth_are_in_the_plan_and_in_the_report() {
+    let workshop = Workshop::new();
+    workshop.write("exhibit.toml", PAGES);
+    let text = workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    for wanted in
+        ["what lamps do", "own pair", "neutral pair", "both lamps full", "can be held for 0.8 h a day"]
+    {
+        assert!(text.contains(wanted), "{wanted}: {text}");
+    }
+    let (plan, report) = (json(&workshop, "build/plan.json"), json(&workshop, "build/report.json"));
+    assert_eq!(plan["viewer"]["paging"], "Step");
+    let level = |view: usize, lamp: &str| plan["views"][view]["emphasis"][lamp].as_f64().unwrap();
+    assert!(level(0, "top") > 0.0 && level(0, "bottom") == 0.0);
+    assert!(level(1, "bottom") > 0.0 && level(1, "top") == 0.0);
+    // Lamps of 20 W/m2 under a ceiling of 10.
+    let brightest =
+        (0..3).flat_map(|view| ["top", "bottom"].map(|lamp| level(view, lamp))).fold(0.0, f64::max);
+    assert_eq!(brightest, 32_768.0);
+    assert_eq!(plan["shared"].as_array().unwrap().len(), 3);
+    assert_eq!(report["shared"][1]["views"], serde_json::json!(["astronaut", "cat"]));
+    assert_eq!(report["views"][1]["lamp"], "bottom");
+    assert_eq!(report["views"][2]["distance_mm"], 700.0);
+    let page = fs::read_to_string(workshop.path("build/report.html")).unwrap();
+    for wanted in ["astronaut and cat", "under the bottom lamp alone", "can be held for"] {
+        assert!(page.contains(wanted), "{wanted}");
+    }
+
+    let seen = |arguments: &[&str]| -> Value {
+        let all = [&["view", "build", "-o", "seen.png", "--json"], arguments].concat();
+        serde_json::from_str(&workshop.succeed(&all)).unwrap()
+    };
+    let coffee = seen(&["--view", "coffee"]);
+    assert_eq!((coffee["horizontal_deg"].as_f64(), coffee["top"].as_f64()), (Some(25.0), Some(0.0)));
+    assert!(coffee["bottom"].as_f64().unwrap() > 0.0);
+    assert_eq!(seen(&["--view", "coffee", "--top", "1"])["top"], 1.0);
+    assert_eq!(seen(&["--horizontal", "25"])["bottom"], 1.0);
+    let finished = workshop.run(&["view", "build", "--view", "tea", "-o", "seen.png"]);
+    assert_eq!(finished.code, Some(1));
+    assert!(finished.stderr.contains("astronaut, coffee, cat"), "{}", finished.stderr);
+    assert_eq!(workshop.run(&["view", "build", "-o", "seen.png"]).code, Some(2));
+}
+
 /// The most memory that a child has had in RAM, in MiB.
 #[cfg(target_os = "linux")]
 fn peak_mib(mut child: std::process::Child) -> f64 {

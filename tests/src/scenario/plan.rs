@@ -2,8 +2,8 @@
 
 use serde::Deserialize;
 use vitrine_exhibit::plan::calendar::{ClosedDays, Date, MinuteOfDay, ScheduleRule, TimeZone, Weekdays};
-use vitrine_exhibit::plan::{BelowFloor, Between, Plan, Policy};
-use vitrine_exhibit::units::{CentiDegrees, Dose, Irradiance, Milliseconds};
+use vitrine_exhibit::plan::{BelowFloor, Between, Paging, Plan, Policy};
+use vitrine_exhibit::units::{CentiDegrees, Dose, Irradiance, Milliseconds, PerLamp};
 
 use crate::bench::{level, view};
 
@@ -18,7 +18,12 @@ pub struct PlanChanges {
     idle_level: Option<f64>,
     hold_s: Option<f64>,
     idle_s: Option<f64>,
+    /// Top and bottom level for each two views: the first and the second, the first and the third and on.
+    shared: Vec<(f64, f64)>,
+    /// "time" or "step".
+    paging: Option<String>,
     page_s: Option<f64>,
+    step_deg: Option<f64>,
     turn_s: Option<f64>,
     fade_s: Option<f64>,
     dead_zone_deg: Option<f64>,
@@ -88,6 +93,13 @@ impl PlanChanges {
         if self.smooth {
             plan.viewer.between = Between::Smooth;
         }
+        plan.viewer.paging = match self.paging.as_deref() {
+            None | Some("time") => Paging::Time,
+            Some("step") => Paging::Step,
+            Some(other) => return Err(format!("pages are not turned by {other}")),
+        };
+        plan.shared =
+            self.shared.iter().map(|&(top, bottom)| PerLamp::new(level(top), level(bottom))).collect();
         if let Some((top, bottom)) = self.neutral {
             plan.neutral.top = level(top);
             plan.neutral.bottom = level(bottom);
@@ -100,6 +112,7 @@ impl PlanChanges {
         set(&mut plan.viewer.fade, self.fade_s.map(milliseconds));
         let angle = |degrees: f64| CentiDegrees((degrees * 100.0) as i16);
         set(&mut plan.viewer.dead_zone, self.dead_zone_deg.map(angle));
+        set(&mut plan.viewer.step, self.step_deg.map(angle));
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 use super::*;
 use crate::testing::plan;
-use crate::units::CentiDegrees;
+use crate::units::{CentiDegrees, PerLamp};
 use crate::viewer::{Sighting, Sightings};
 
 const PICTURE: Milliseconds = Milliseconds(100);
@@ -63,17 +63,47 @@ fn alternating_shows_each_viewer_their_view_in_turn() {
     assert!(shown.contains(&0) && shown.contains(&2));
 }
 
-#[test]
-fn shared_gives_the_mean_of_the_views_looked_at() {
-    let mut plan = plan();
-    plan.viewer.policy = Policy::Shared;
+/// The pair under the shared policy for viewers at these bearings.
+fn shared_pair(plan: &Plan, viewers: &[(i16, u16)]) -> Emphasis {
     let (mut chooser, mut tracker) = (Chooser::new(), Tracker::new());
     let mut pair = None;
     for _ in 0..30 {
-        see(&mut tracker, &[(-3_000, 100), (3_000, 100)]);
-        pair = chooser.choose(&plan, &tracker, PICTURE);
+        see(&mut tracker, viewers);
+        pair = chooser.choose(plan, &tracker, PICTURE);
     }
-    assert_eq!(pair, Some(PerLamp::new(Level(32_767), Level(32_767))));
+    pair.unwrap()
+}
+
+#[test]
+fn shared_gives_the_plans_pair_for_the_views_looked_at() {
+    let mut plan = plan();
+    plan.viewer.policy = Policy::Shared;
+    let pair = |top, bottom| PerLamp::new(Level(top), Level(bottom));
+    let (left, right) = ((-3_000, 100), (3_000, 100));
+    assert_eq!(shared_pair(&plan, &[left, right]), pair(32_767, 32_767), "the mean, for want of better");
+    plan.shared = [pair(100, 200), pair(65_000, 10_000), pair(300, 1_000)].into_iter().collect();
+    assert_eq!(shared_pair(&plan, &[left, right]), pair(65_000, 10_000));
+    assert_eq!(shared_pair(&plan, &[left, (0, 100), right]), pair(21_800, 3_733));
+    assert_eq!(shared_pair(&plan, &[(-3_400, 100), (-2_600, 100)]), plan.views[0].emphasis);
+}
+
+#[test]
+fn shared_minds_the_page_that_is_turned_up() {
+    let mut plan = plan();
+    plan.viewer.policy = Policy::Shared;
+    plan.views[1].horizontal = plan.views[0].horizontal;
+    plan.viewer.page = Milliseconds(1_000);
+    let pair = |top| PerLamp::new(Level(top), Level(1));
+    plan.shared = [pair(1), pair(2), pair(3)].into_iter().collect();
+    let (mut chooser, mut tracker) = (Chooser::new(), Tracker::new());
+    let mut pairs = std::vec::Vec::new();
+    for picture in 0..80 {
+        let viewers = [(-3_000, 100), (3_000, 100)];
+        see(&mut tracker, &viewers[..if picture < 20 { 1 } else { 2 }]);
+        pairs.extend(chooser.choose(&plan, &tracker, PICTURE));
+    }
+    pairs.dedup();
+    assert!(pairs.ends_with(&[pair(2), pair(3), pair(2)]) || pairs.ends_with(&[pair(3), pair(2), pair(3)]));
 }
 
 #[test]
@@ -81,6 +111,27 @@ fn views_in_one_direction_are_turned_like_pages() {
     let mut plan = plan();
     plan.views[1].horizontal = plan.views[0].horizontal;
     assert_eq!(views_shown(&plan, 250, &[(-3_000, 100)]), [0, 1, 0, 1]);
+}
+
+#[test]
+fn pages_are_turned_by_the_viewers_step_where_the_plan_says_so() {
+    let mut plan = plan();
+    plan.views[1].horizontal = plan.views[0].horizontal;
+    plan.viewer.paging = Paging::Step;
+    let (mut chooser, mut tracker) = (Chooser::new(), Tracker::new());
+    let mut shown_at = |bearing: i16| {
+        for _ in 0..40 {
+            see(&mut tracker, &[(bearing, 100)]);
+            chooser.choose(&plan, &tracker, PICTURE);
+        }
+        chooser.view(&plan)
+    };
+    assert_eq!(shown_at(-3_000), Some(0));
+    assert_eq!(shown_at(-3_000), Some(0), "standing still turns nothing");
+    assert_eq!(shown_at(-2_700), Some(0), "swaying neither");
+    assert_eq!(shown_at(-2_300), Some(1));
+    assert_eq!(shown_at(-2_300), Some(1));
+    assert_eq!(shown_at(-3_000), Some(0), "the last page is followed by the first");
 }
 
 #[test]

@@ -45,6 +45,8 @@ pub enum PlanError {
     Rule(u8),
     /// The closed days of this index have an impossible date, or end before they begin.
     Closed(u8),
+    /// The pairs for two views at once are not one for each two views, or both lamps are off in one.
+    Shared,
 }
 
 impl fmt::Display for PlanError {
@@ -69,6 +71,9 @@ impl fmt::Display for PlanError {
             Self::Rule(i) => write!(f, "schedule rule {}: an impossible day, time or date", i + 1),
             Self::Closed(i) => {
                 write!(f, "closed days {}: an impossible date, or the end before the start", i + 1)
+            }
+            Self::Shared => {
+                f.write_str("the pairs for two views at once are not one lit pair for each two views")
             }
         }
     }
@@ -145,6 +150,11 @@ impl Plan {
                 return Err(PlanError::ViewDark(i));
             }
         }
+        let views = self.views.len();
+        let complete = self.shared.is_empty() || self.shared.len() == views * (views - 1) / 2;
+        if !complete || self.shared.iter().any(|pair| pair.top.0 == 0 && pair.bottom.0 == 0) {
+            return Err(PlanError::Shared);
+        }
         Ok(())
     }
 }
@@ -191,6 +201,8 @@ fn check_viewer(viewer: &ViewerSettings) -> Result<(), PlanError> {
         && time(viewer.least_hold, 0, 60_000)
         && time(viewer.turn, 1_000, 3_600_000)
         && time(viewer.page, 1_000, 3_600_000)
+        // Bearings waver by a degree.
+        && (100..=2_000).contains(&viewer.step.0)
         && time(viewer.fade, limits::FASTEST_FADE.0, 60_000);
     if sound { Ok(()) } else { Err(PlanError::Viewer) }
 }

@@ -42,6 +42,30 @@ fn views_are_checked() {
 }
 
 #[test]
+fn pairs_for_two_views_are_found_in_either_order_and_all_or_none_are_there() {
+    let pair = |level| Emphasis::new(Level(level), Level(1));
+    let mut plan = plan();
+    plan.views.push(View { id: "fourth".try_into().unwrap(), ..plan.views[0].clone() }).unwrap();
+    assert_eq!(plan.shared_pair(0, 2), Some(Emphasis::new(Level(32_767), Level(32_767))));
+    plan.shared = (0..6).map(pair).collect();
+    assert_eq!(plan.check(), Ok(()));
+    let mut found = Vec::<Emphasis, 6>::new();
+    for one in 0..4 {
+        assert_eq!(plan.shared_pair(one, one), Some(plan.views[usize::from(one)].emphasis));
+        for other in one + 1..4 {
+            assert_eq!(plan.shared_pair(one, other), plan.shared_pair(other, one));
+            found.extend(plan.shared_pair(other, one));
+        }
+    }
+    assert_eq!(found[..], plan.shared[..]);
+    assert_eq!(plan.shared_pair(0, 4), None);
+    plan.shared[3] = Emphasis::default();
+    assert_eq!(plan.check(), Err(PlanError::Shared));
+    plan.shared.truncate(3);
+    assert_eq!(plan.check(), Err(PlanError::Shared));
+}
+
+#[test]
 fn no_plan_raises_a_limit_of_the_firmware() {
     let over = |irradiance: Irradiance| Irradiance(irradiance.0 + 1);
     assert_eq!(refused(|plan| plan.limits.ceiling = over(limits::CEILING)), PlanError::Ceiling);
@@ -75,6 +99,7 @@ fn viewers_and_presence_are_checked() {
     assert_eq!(refused(|plan| plan.viewer.hysteresis.0 = -1), PlanError::Viewer);
     assert_eq!(refused(|plan| plan.viewer.fade.0 = 299), PlanError::Viewer);
     assert_eq!(refused(|plan| plan.viewer.page.0 = 0), PlanError::Viewer);
+    assert_eq!(refused(|plan| plan.viewer.step.0 = 99), PlanError::Viewer);
     assert_eq!(refused(|plan| plan.presence.fade.0 = 0), PlanError::Presence);
     assert_eq!(refused(|plan| plan.presence.idle.0 = u32::MAX), PlanError::Presence);
 }

@@ -41,6 +41,7 @@ fn messages() -> String {
     every_variant::<InterlockState>().iter().for_each(|value| line(&mut lines, "interlock", value));
     every_variant::<ClockSource>().iter().for_each(|value| line(&mut lines, "clock source", value));
     every_variant::<PlanError>().iter().for_each(|value| line(&mut lines, "plan error", value));
+    line(&mut lines, "plan", &super::plan_file::small());
     lines.concat()
 }
 

@@ -1,7 +1,7 @@
 use heapless::Vec;
 use vitrine_exhibit::plan::{
-    Calendar, CurvePoint, Emphasis, LampCalibration, Limits, MAX_CURVE, MAX_VIEWS, Plan, PresenceSettings,
-    View, ViewerSettings, VolumeMetadata,
+    Calendar, CurvePoint, Emphasis, LampCalibration, Limits, MAX_CURVE, MAX_SHARED, MAX_VIEWS, Plan,
+    PresenceSettings, View, ViewerSettings, VolumeMetadata,
     calendar::{ClosedDays, Date, MAX_CLOSED, MAX_RULES, MinuteOfDay, ScheduleRule, Weekdays},
 };
 use vitrine_exhibit::units::{CentiDegrees, Irradiance, Level, PerLamp};
@@ -9,7 +9,7 @@ use vitrine_exhibit::units::{CentiDegrees, Irradiance, Level, PerLamp};
 use super::samples::text;
 use crate::plan_file::{self, MAX_PLAN_BYTES, PlanFileError};
 
-fn small() -> Plan {
+pub(super) fn small() -> Plan {
     let mut views = Vec::new();
     let view = View {
         id: text("front"),
@@ -30,6 +30,7 @@ fn small() -> Plan {
         },
         views,
         neutral: Emphasis::new(Level::FULL, Level::FULL),
+        shared: Vec::new(),
         lamps: PerLamp::new(LampCalibration::default(), LampCalibration::default()),
         limits: Limits::default(),
         viewer: ViewerSettings::default(),
@@ -83,6 +84,7 @@ fn the_largest_plan_fits() {
     let mut plan = small();
     plan.name = text("123456789012345678901234123456789012345678901234");
     plan.views = filled::<_, MAX_VIEWS>(view);
+    plan.shared = filled::<_, MAX_SHARED>(Emphasis::new(Level::FULL, Level::FULL));
     plan.lamps = PerLamp::new(lamp.clone(), lamp);
     plan.calendar.rules = filled::<_, MAX_RULES>(ScheduleRule {
         days: Weekdays::ALL,

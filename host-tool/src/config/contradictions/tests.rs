@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use vitrine_exhibit::plan::ValidPlan;
 use vitrine_protocol::plan_file;
 
-use crate::config::{ConfigError, Exhibit, parse};
+use crate::config::{ConfigError, Exhibit, PlanPairs, parse};
 use crate::optics::LampPair;
 
 const VIEW: &str = "[[view]]\nid = \"front\"\npattern = \"photos/cat.png\"\n";
@@ -280,8 +280,13 @@ proptest! {
     #[test]
     fn what_is_accepted_here_is_accepted_by_the_controller(text in any_exhibit()) {
         if let Ok(exhibit) = read(&text) {
-            let pairs = vec![LampPair::new(1.0, 0.3); exhibit.views.len()];
-            let plan = exhibit.plan(&pairs, LampPair::new(0.4, 0.4), [7; 32]).expect("a known zone");
+            let views = exhibit.views.len();
+            let pairs = PlanPairs {
+                views: vec![LampPair::new(1.0, 0.3); views],
+                neutral: LampPair::new(0.4, 0.4),
+                shared: vec![LampPair::new(0.7, 1.0); views * (views - 1) / 2],
+            };
+            let plan = exhibit.plan(&pairs, [7; 32]).expect("a known zone");
             let valid = ValidPlan::new(plan.clone());
             prop_assert!(valid.is_ok(), "{:?} of\n{text}", valid.err());
             let mut bytes = [0; plan_file::MAX_PLAN_BYTES];

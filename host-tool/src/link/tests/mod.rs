@@ -47,6 +47,7 @@ pub(crate) fn plan(name: &str) -> Plan {
         .into_iter()
         .collect(),
         neutral: Emphasis::new(Level(30_000), Level(30_000)),
+        shared: Default::default(),
         lamps: PerLamp::new(LampCalibration::default(), LampCalibration::default()),
         limits: Limits::default(),
         viewer: ViewerSettings::default(),
