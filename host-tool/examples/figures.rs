@@ -19,6 +19,7 @@ use vitrine::design::{
     Design, DesignRequest, DesignSettings, Method, OpticsModel, SEED, STACKS, Tone, as_built, design,
 };
 use vitrine::projection::ViewerDistance;
+use vitrine::volume::InkDepth;
 
 const ROWS: [&str; 8] = [
     "code-three",
@@ -43,6 +44,8 @@ fn main() {
             "--structure" => settings.structure = Some(number()),
             "--brightness" => settings.brightness = number(),
             "--balance" => settings.balance = number(),
+            "--bits" if number() == 16.0 => settings.ink_depth = InkDepth::Sixteen,
+            "--bits" => settings.ink_depth = InkDepth::Eight,
             "--iterations" => settings.iterations = number() as usize,
             "--tolerance" => settings.tolerance_db = number(),
             _ => rows.push(argument),
@@ -100,6 +103,6 @@ fn print(row: &str, wanted: &DesignRequest, found: &Design, seconds: f64) {
         (mean, least, ssim) = (built.mean_psnr_db(), built.least_psnr_db(), built.mean_ssim());
     }
     println!(
-        "{row:<16} {mean:>7.2} {least:>9.2}  {ssim:.3}  {mean_light:.3} ({least_light:.3})  {seconds:.2}"
+        "{row:<16} {mean:>7.2} {least:>9.2}  {ssim:.4}  {mean_light:.3} ({least_light:.3})  {seconds:.2}"
     );
 }

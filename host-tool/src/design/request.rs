@@ -45,7 +45,7 @@ impl Tone {
     /// needs more, for dark specks cost it little.
     pub fn structure(self) -> f64 {
         match self {
-            Self::Linear => 2.4,
+            Self::Linear => 6.0,
             Self::Code => 1.0,
         }
     }
@@ -131,7 +131,7 @@ impl Default for DesignSettings {
             structure: None,
             balance: 0.15,
             tolerance_db: 0.05,
-            iterations: 80,
+            iterations: 120,
             levels: None,
             ink_depth: InkDepth::default(),
         }

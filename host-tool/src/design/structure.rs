@@ -17,7 +17,7 @@ const HALF_VARIANCE: f32 = 0.003;
 /// Rows of a picture that one task computes.
 const ROWS_AT_ONCE: usize = 16;
 
-/// The structure weights of one pattern, and the memory in which errors are looked at.
+/// The structure weights of one pattern.
 #[derive(Clone, Debug)]
 pub(super) struct Structure {
     width: usize,
@@ -25,8 +25,20 @@ pub(super) struct Structure {
     /// Weight of each pixel's squared error itself, where it is not 1.
     mask: Option<Vec<f32>>,
     weights: Vec<f32>,
+}
+
+/// The memory in which errors of pictures of one size are looked at.
+#[derive(Clone, Debug)]
+pub(super) struct Scratch {
     rough: Vec<f32>,
     mean: LocalMean,
+}
+
+impl Scratch {
+    /// Memory for pictures of `len` pixels in rows of `width`.
+    pub(super) fn new(len: usize, width: usize) -> Self {
+        Self { rough: vec![0.0; len], mean: LocalMean::new(len, width) }
+    }
 }
 
 impl Structure {
@@ -44,15 +56,15 @@ impl Structure {
             weights.iter_mut().zip(mask).for_each(|(weight, mask)| *weight *= mask);
         }
         let mask = mask.map(<[f32]>::to_vec);
-        Self { width, strength, mask, weights, rough: vec![0.0; pattern.len()], mean: local }
+        Self { width, strength, mask, weights }
     }
 
     /// Turns each error into its half slope in the squared error and the structure loss together, and adds to
     /// each curvature that of this loss in proportion; returns the structure loss.
-    pub(super) fn answer(&mut self, errors: &mut [f32], curvatures: &mut [f32]) -> f64 {
+    pub(super) fn answer(&self, errors: &mut [f32], curvatures: &mut [f32], scratch: &mut Scratch) -> f64 {
         let size = self.width * ROWS_AT_ONCE;
-        let means = self.mean.of(errors);
-        let rough = self.rough.par_chunks_mut(size).zip(means.par_chunks(size));
+        let means = scratch.mean.of(errors);
+        let rough = scratch.rough.par_chunks_mut(size).zip(means.par_chunks(size));
         let losses: Vec<f64> = rough
             .zip(errors.par_chunks(size).zip(self.weights.par_chunks(size)))
             .map(|((rough, means), (errors, weights))| {
@@ -65,10 +77,10 @@ impl Structure {
         if let Some(mask) = &self.mask {
             errors.iter_mut().zip(mask).for_each(|(error, mask)| *error *= mask);
         }
-        let back = self.mean.of(&self.rough);
+        let back = scratch.mean.of(&scratch.rough);
         let strength = self.strength;
         let pixels = errors.par_chunks_mut(size).zip(curvatures.par_chunks_mut(size));
-        let rough = self.rough.par_chunks(size).zip(back.par_chunks(size));
+        let rough = scratch.rough.par_chunks(size).zip(back.par_chunks(size));
         pixels.zip(rough).zip(self.weights.par_chunks(size)).for_each(
             |(((errors, curvatures), (rough, back)), weights)| {
                 for ((error, &rough), &back) in errors.iter_mut().zip(rough).zip(back) {
@@ -178,10 +190,11 @@ mod tests {
     fn the_answer_is_the_slope_of_the_loss() {
         let value = |index: usize, factor: usize| (index * factor % 23) as f32 / 23.0;
         let pattern: Vec<f32> = (0..12 * 15).map(|index| value(index, 7)).collect();
-        let mut structure = Structure::of(&pattern, 12, 2.0, None);
+        let structure = Structure::of(&pattern, 12, 2.0, None);
+        let mut scratch = Scratch::new(pattern.len(), 12);
         let errors: Vec<f32> = (0..12 * 15).map(|index| value(index, 5) - 0.5).collect();
         let mut answer = errors.clone();
-        let reported = structure.answer(&mut answer, &mut vec![1.0; errors.len()]);
+        let reported = structure.answer(&mut answer, &mut vec![1.0; errors.len()], &mut scratch);
         assert!((reported - loss(&structure, &errors)).abs() < 1e-4);
         for at in [0, 17, 100, 179] {
             let mut moved = [errors.clone(), errors.clone()];

@@ -8,7 +8,7 @@ use super::{Effort, LEAST_CURVATURE, PATIENCE, Problem};
 use crate::simd::vectorised;
 
 /// A row costs so little that it goes on until it gains this part of what would stop rows that move together.
-const TOLERANCE: f64 = 1.0 / 16.0;
+const TOLERANCE: f64 = 1.0 / 32.0;
 
 /// Where the solution of one row is.
 struct RowState {
@@ -28,15 +28,14 @@ pub(super) fn solve(
     watch: &mut dyn FnMut(usize, f64) -> bool,
 ) {
     let line = problem.films() * problem.width;
-    let mut now = by_row(volume, problem);
-    let mut ahead = now.clone();
+    let mut ahead = by_row(volume, problem);
     let start = || RowState { pace: Pace::START, loss: f64::INFINITY, gains: true };
     let mut states: Vec<RowState> = (0..problem.height).map(|_| start()).collect();
     let film_steps = problem.film_steps();
     let mut done = 0;
     while done < effort.iterations {
         let iterations = PATIENCE.min(effort.iterations - done);
-        let rows = now.par_chunks_mut(line).zip(ahead.par_chunks_mut(line)).zip(&mut states).enumerate();
+        let rows = volume.par_chunks_mut(line).zip(ahead.par_chunks_mut(line)).zip(&mut states).enumerate();
         rows.with_min_len(4).for_each_init(
             || Row::new(problem, targets, &film_steps),
             |work, (row, ((now, ahead), state))| {
@@ -54,7 +53,7 @@ pub(super) fn solve(
         }
         done += iterations;
     }
-    by_film(&now, volume, problem);
+    by_film(volume, &mut ahead, problem);
 }
 
 /// The memory in which one row is worked on.

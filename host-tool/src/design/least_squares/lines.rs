@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::Problem;
 
-/// Returns the volume (film, row, column) as row, film, column.
-pub(super) fn by_row(volume: &[f32], problem: &Problem) -> Vec<f32> {
+/// Brings the volume from film, row, column to row, film, column; returns a copy of it.
+pub(super) fn by_row(volume: &mut [f32], problem: &Problem) -> Vec<f32> {
     let (width, films) = (problem.width, problem.films());
     let mut lines = vec![0.0; volume.len()];
     lines.par_chunks_mut(films * width).enumerate().for_each(|(row, lines)| {
@@ -14,12 +14,14 @@ pub(super) fn by_row(volume: &[f32], problem: &Problem) -> Vec<f32> {
             line.copy_from_slice(&volume[start..start + width]);
         }
     });
+    volume.copy_from_slice(&lines);
     lines
 }
 
-/// Writes what is kept as row, film, column into the volume.
-pub(super) fn by_film(lines: &[f32], volume: &mut [f32], problem: &Problem) {
+/// Brings the volume back from row, film, column to film, row, column; `lines` lends its memory.
+pub(super) fn by_film(volume: &mut [f32], lines: &mut [f32], problem: &Problem) {
     let (width, films) = (problem.width, problem.films());
+    lines.copy_from_slice(volume);
     volume.par_chunks_mut(problem.height * width).enumerate().for_each(|(film, plane)| {
         for (row, line) in plane.chunks_exact_mut(width).enumerate() {
             let start = (row * films + film) * width;

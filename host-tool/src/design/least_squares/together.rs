@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::kernel::{Answers, Pace, RowSteps, add_smoothness, step_row};
 use super::lines::{by_film, by_row};
 use super::{Effort, LAPLACIAN, LEAST_CURVATURE, PATIENCE, Problem, SolverView};
-use crate::design::structure::Structure;
+use crate::design::structure::{Scratch, Structure};
 use crate::simd::vectorised;
 
 /// Iterations between two renewals of the voxels' steps, where they follow the pictures.
@@ -37,22 +37,24 @@ pub(super) fn solve(
             last_loss = loss;
         }
         pace = pace.seeing(loss);
-        let overshoot = work.advance(pace, iteration % STEP_RENEWAL == 0);
+        let overshoot = work.advance(volume, pace, iteration % STEP_RENEWAL == 0);
         pace = pace.after(overshoot);
     }
-    by_film(&work.now, volume, problem);
+    let mut ahead = work.ahead;
+    by_film(volume, &mut ahead, problem);
 }
 
 /// One colour as it is worked on; films are row, film, column.
 struct Work<'a> {
     problem: &'a Problem,
     targets: &'a [&'a [f32]],
-    now: Vec<f32>,
     ahead: Vec<f32>,
     film_steps: Vec<f32>,
     /// Of each voxel, where they differ.
     steps: Vec<f32>,
     answers: Vec<ViewAnswer>,
+    /// Where structure looks at errors.
+    scratch: Option<Scratch>,
 }
 
 /// The answer to what one view shows, pixel by pixel.
@@ -67,17 +69,18 @@ struct ViewAnswer {
 }
 
 impl<'a> Work<'a> {
-    fn new(problem: &'a Problem, targets: &'a [&'a [f32]], volume: &[f32]) -> Self {
-        let now = by_row(volume, problem);
+    fn new(problem: &'a Problem, targets: &'a [&'a [f32]], volume: &mut [f32]) -> Self {
+        let ahead = by_row(volume, problem);
         let views = problem.views.iter().zip(targets);
         Self {
             problem,
             targets,
-            ahead: now.clone(),
             film_steps: problem.film_steps(),
-            steps: vec![0.0; if problem.curvature_varies() { now.len() } else { 0 }],
+            steps: vec![0.0; if problem.curvature_varies() { ahead.len() } else { 0 }],
             answers: views.map(|(view, target)| ViewAnswer::new(problem, view, target)).collect(),
-            now,
+            scratch: (problem.structure > 0.0)
+                .then(|| Scratch::new(problem.width * problem.height, problem.width)),
+            ahead,
         }
     }
 
@@ -102,21 +105,22 @@ impl<'a> Work<'a> {
                 )
             })
             .collect();
-        let views = self.answers.iter_mut().zip(&problem.views);
-        let structure: f64 =
-            views.map(|(answer, view)| f64::from(view.weight) * answer.finish(problem.width)).sum();
+        let (views, scratch) = (self.answers.iter_mut().zip(&problem.views), &mut self.scratch);
+        let structure: f64 = views
+            .map(|(answer, view)| f64::from(view.weight) * answer.finish(problem.width, scratch.as_mut()))
+            .sum();
         losses.iter().sum::<f64>() + structure
     }
 
-    /// Takes one step from `ahead` and looks ahead again; returns how much the step turned back.
-    fn advance(&mut self, pace: Pace, renew_steps: bool) -> f64 {
+    /// Takes one step from `ahead`, so that `now` is there, and looks ahead again; returns how much the step turned back.
+    fn advance(&mut self, now: &mut [f32], pace: Pace, renew_steps: bool) -> f64 {
         let line = self.problem.films() * self.problem.width;
         let size = line * ROWS_AT_ONCE;
         let edges = self.edges(size);
         let mut steps: Vec<&mut [f32]> = self.steps.chunks_mut(size).collect();
         steps.resize_with(edges.len(), Default::default);
         let (problem, answers, film_steps) = (self.problem, &self.answers, &self.film_steps);
-        let tasks = self.now.par_chunks_mut(size).zip(self.ahead.par_chunks_mut(size)).zip(steps).zip(edges);
+        let tasks = now.par_chunks_mut(size).zip(self.ahead.par_chunks_mut(size)).zip(steps).zip(edges);
         let overshoots: Vec<f64> = tasks
             .enumerate()
             .map(|(chunk, (((now, ahead), steps), edges))| {
@@ -213,10 +217,13 @@ impl ViewAnswer {
     }
 
     /// Brings errors and slopes together; returns the structure loss.
-    fn finish(&mut self, width: usize) -> f64 {
-        let structure = self.structure.as_mut();
-        let loss =
-            structure.map_or(0.0, |structure| structure.answer(&mut self.errors, &mut self.curvatures));
+    fn finish(&mut self, width: usize, scratch: Option<&mut Scratch>) -> f64 {
+        let loss = match (&self.structure, scratch) {
+            (Some(structure), Some(scratch)) => {
+                structure.answer(&mut self.errors, &mut self.curvatures, scratch)
+            }
+            _ => 0.0,
+        };
         let size = width * ROWS_AT_ONCE;
         self.slopes.par_chunks_mut(size).zip(self.errors.par_chunks(size)).for_each(|(slopes, errors)| {
             slopes.iter_mut().zip(errors).for_each(|(slope, error)| *slope *= error);
