@@ -6,7 +6,7 @@
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::TempDir;
@@ -16,6 +16,9 @@ static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// The exit code of a process that an interrupt has ended: 128 plus the number of SIGINT, as shells have it.
 const INTERRUPTED: i32 = 130;
+
+/// How often a folder is removed in which another thread may still begin files.
+const REMOVALS: usize = 1000;
 
 /// Who waits for an interrupt in place of being ended by it.
 static WAITING: Mutex<Option<Sender<()>>> = Mutex::new(None);
@@ -33,9 +36,9 @@ pub fn clean_up_on_interrupt() -> Result<(), ctrlc::Error> {
         // The lock is held until the process ends: no folder is put in its place after this.
         let unfinished = unfinished();
         for folder in unfinished.iter() {
-            // Another thread may write a file between the removal's passes.
-            for _ in 0..3 {
-                if fs::remove_dir_all(folder).is_ok() {
+            // Another thread may begin a file between the removal's passes, but no folder.
+            for _ in 0..REMOVALS {
+                if fs::remove_dir_all(folder).is_ok() || !folder.exists() {
                     break;
                 }
             }
@@ -44,12 +47,23 @@ pub fn clean_up_on_interrupt() -> Result<(), ctrlc::Error> {
     })
 }
 
-/// Waits until the process is interrupted; a second interrupt ends it.
-pub fn wait_for_interrupt() {
-    let (sender, receiver) = channel();
-    *WAITING.lock().unwrap_or_else(PoisonError::into_inner) = Some(sender);
-    // The sender is kept until it sends.
-    let _ = receiver.recv();
+/// The next interrupt, which does not end the process but is waited for.
+#[derive(Debug)]
+pub struct Interrupt(Receiver<()>);
+
+impl Interrupt {
+    /// Expects an interrupt from now on; a second one ends the process.
+    pub fn expect() -> Self {
+        let (sender, receiver) = channel();
+        *WAITING.lock().unwrap_or_else(PoisonError::into_inner) = Some(sender);
+        Self(receiver)
+    }
+
+    /// Waits until it comes, or returns at once when it has come.
+    pub fn wait(self) {
+        // The sender is kept until it sends.
+        let _ = self.0.recv();
+    }
 }
 
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
@@ -97,6 +111,8 @@ impl WholeFolder {
     pub fn write(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
         let path = self.path().join(name);
         if let Some(parent) = path.parent() {
+            // An interrupt holds the lock while it takes folders away: none is made again behind its back.
+            let _unfinished = unfinished();
             fs::create_dir_all(parent)?;
         }
         let mut file = File::create(path)?;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use miette::{Diagnostic, Report};
 use thiserror::Error;
-use vitrine::build_folder::wait_for_interrupt;
+use vitrine::build_folder::Interrupt;
 use vitrine::controller::{Clock, DEFAULT_PORT, FlashFile, Pace, VirtualController, Walk, serve};
 use vitrine::link::Address;
 use vitrine_protocol::Refusal;
@@ -58,6 +58,8 @@ impl Controller {
         if self.visitor {
             controller.set_walk(Walk::back_and_forth());
         }
+        // Whoever reads the address may interrupt at once.
+        let interrupt = Interrupt::expect();
         let mut served = serve(controller, place, Pace::RealTime)?;
         if let Err(error) = served.announce() {
             output.error(&ControllerFailure::Announce(error).into());
@@ -65,7 +67,7 @@ impl Controller {
         let address = format!("tcp:{}", served.address());
         output.result(&serde_json::json!({ "listening": address }), || address.clone());
         output.note("listening; Ctrl-C ends it");
-        wait_for_interrupt();
+        interrupt.wait();
         drop(served);
         Ok(())
     }
