@@ -121,6 +121,27 @@ impl Bench {
         self.call(json!({"op": "i2c", "address": address, "start": start, "bytes": hex(bytes)}));
     }
 
+    /// Sends bytes to the service port.
+    pub(crate) fn service(&mut self, bytes: &[u8]) {
+        self.call(json!({"op": "serial_write", "bytes": hex(bytes)}));
+    }
+
+    /// Takes what the service port has sent since the last call.
+    pub(crate) fn service_answers(&mut self) -> Vec<u8> {
+        unhex(self.call(json!({"op": "serial_read"}))["bytes"].as_str().expect("bytes"))
+    }
+
+    /// Sends bytes over the radar's wire.
+    pub(crate) fn radar(&mut self, bytes: &[u8]) {
+        self.call(json!({"op": "radar_write", "bytes": hex(bytes)}));
+    }
+
+    /// Takes how many instructions each step of the state took since the last call; on the bench image only.
+    pub(crate) fn step_instructions(&mut self) -> Vec<u64> {
+        let answer = self.call(json!({"op": "step_instructions"}));
+        serde_json::from_value(answer["counts"].clone()).expect("counts")
+    }
+
     /// Takes the edges of all watched pins since the last call.
     pub(crate) fn edges(&mut self) -> Vec<Edge> {
         let answer = self.call(json!({"op": "edges"}));

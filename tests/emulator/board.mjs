@@ -9,7 +9,8 @@ import { UsbHost } from './usb.mjs';
 
 const NANOS_A_CYCLE = 8;
 // The lamps' pins, the bench image's step, the status LED.
-const WATCHED = [2, 3, 8, 16, 25];
+const STEP_PIN = 16;
+const WATCHED = [2, 3, 8, STEP_PIN, 25];
 const INPUTS = [1, 6, 7, 9, 10, 11, 21];
 const STACK_PAINT = 0xc5;
 const HARD_FAULT = 3;
@@ -58,6 +59,8 @@ export class Board {
     this.edges = [];
     this.resets = [];
     this.serial = new SerialPort();
+    this.radar = new SerialPort();
+    this.steps = { running: false, now: 0, counts: [] };
     this.logged = [];
     this.past = 0;
     this.mcu = null;
@@ -121,6 +124,9 @@ export class Board {
     this.devices.attach(mcu.i2c[0], this.clock);
     this.usb.attach(mcu, this.clock);
     this.serial.attach(mcu, mcu.uart[0], this.clock);
+    this.radar.attach(mcu, mcu.uart[1], this.clock);
+    mcu.gpio[STEP_PIN].addListener((state) => this.countStep(state === GPIOPinState.High));
+    this.steps.running = false;
   }
 
   paintStack(mcu) {
@@ -134,6 +140,13 @@ export class Board {
     let at = bottom;
     while (at < top && this.mcu.sram[at] === STACK_PAINT) at++;
     return { used: top - at, of: top - bottom };
+  }
+
+  // Counts the instructions of each step of the state, on the bench image.
+  countStep(begins) {
+    const { steps } = this;
+    if (!begins && steps.running) steps.counts.push(steps.now);
+    [steps.running, steps.now] = [begins, 0];
   }
 
   note(gp, level) {
@@ -175,7 +188,10 @@ export class Board {
     try {
       while (this.now < until && !stop()) {
         if (this.mcu.core.waiting) this.clock.tick(Math.min(Math.max(this.clock.nanosToNextAlarm, 1), until - this.now));
-        else this.clock.tick(this.mcu.core.executeInstruction() * NANOS_A_CYCLE);
+        else {
+          if (this.steps.running) this.steps.now++;
+          this.clock.tick(this.mcu.core.executeInstruction() * NANOS_A_CYCLE);
+        }
         if (this.resetPending) this.resetByWatchdog();
         if (this.now >= nextYield) {
           nextYield = this.now + 200_000;
@@ -194,6 +210,7 @@ export class Board {
   async serve() {
     this.usb.pump();
     this.serial.pump();
+    this.radar.pump();
     this.drainLog();
     if (this.usb.server) await new Promise((resolve) => setImmediate(resolve));
   }

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use serde_json::json;
-use vitrine_protocol::{Request, frame};
+use vitrine_protocol::{Reply, Request, Response, frame};
 
 use crate::bench::{Bench, MICROSECOND, MILLISECOND};
 use crate::exhibit::neutral_on;
@@ -46,6 +46,33 @@ fn a_flood_of_rubbish_neither_delays_a_step_nor_keeps_the_next_host_out() {
     let address = bench.listen();
     let mut next = Host::greet(&mut bench, &address);
     assert!(next.status(&mut bench).damaged_frames > damaged + 40, "damaged frames are counted");
+}
+
+/// The service port speaks the same frames as USB, and finds the next one after noise.
+#[test]
+fn the_service_port_answers_and_finds_its_way_out_of_noise() {
+    let mut bench = Bench::new();
+    bench.power_on();
+    bench.run(50 * MILLISECOND);
+    let hello =
+        Request::Hello { version: vitrine_protocol::VERSION, fingerprint: vitrine_protocol::FINGERPRINT };
+    for (sequence, before) in [(1, vec![]), (2, noise(300, 5)), (3, vec![0x55; 700])] {
+        bench.service(&before);
+        bench.service(&[0]);
+        bench.service(&frame::encode(sequence, &hello).expect("a small request"));
+        bench.run(150 * MILLISECOND);
+        let mut deframer = frame::Deframer::new();
+        let answers: Vec<(u16, Reply)> = bench
+            .service_answers()
+            .into_iter()
+            .filter_map(|byte| deframer.push(byte)?.ok().and_then(frame::decode))
+            .collect();
+        assert!(
+            matches!(&answers[..], [(number, Ok(Response::Hello(_)))] if *number == sequence),
+            "{answers:?}"
+        );
+    }
+    assert_eq!(bench.take_resets(), 0);
 }
 
 #[test]

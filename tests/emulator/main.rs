@@ -14,6 +14,8 @@ mod floods;
 mod hosts;
 mod interlock;
 mod measures;
+mod mind;
+mod radar;
 mod room;
 mod signals;
 mod trace;

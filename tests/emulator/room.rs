@@ -1,5 +1,7 @@
 //! What the sensors see: a room at 22 °C with, perhaps, somebody in it, as the bytes of their registers.
 
+use vitrine_tests::room::Side;
+
 use crate::bench::{Bench, MILLISECOND};
 
 const LEFT_SENSOR: u8 = 0x68;
@@ -69,6 +71,19 @@ impl Room {
     fn uniform(&mut self) -> f64 {
         self.noise = self.noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         f64::from(self.noise >> 8) / f64::from(1 << 24)
+    }
+}
+
+/// Shows both sensors the room of the scenarios, as it is at a time in seconds.
+pub(crate) fn show(bench: &mut Bench, room: &mut vitrine_tests::room::Room, time_s: f64) {
+    for (address, side) in [(LEFT_SENSOR, Side::Left), (RIGHT_SENSOR, Side::Right)] {
+        let frame = room.frame(side, time_s);
+        let bytes: Vec<u8> = frame
+            .pixels
+            .iter()
+            .flat_map(|quarters| (quarters.cast_unsigned() & 0x0fff).to_le_bytes())
+            .collect();
+        bench.device(address, FIRST_PIXEL, &bytes);
     }
 }
 

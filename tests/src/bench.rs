@@ -48,8 +48,10 @@ pub struct Bench {
     pub room: Room,
     /// Both thermal sensors, left and right.
     pub eyes: [EyeHealth; 2],
-    /// The radar's report, where one is fitted.
+    /// The radar's report, where one is fitted that always says the same.
     pub radar: Option<RadarFrame>,
+    /// A radar is fitted that sees the room.
+    pub radar_sees_room: bool,
     /// The interlock's contacts.
     pub loops: InterlockLoops,
     /// The lamp boards.
@@ -89,6 +91,7 @@ impl Bench {
             room: Room::new(1),
             eyes: [EyeHealth::Sound; 2],
             radar: None,
+            radar_sees_room: false,
             loops: InterlockLoops { a: Contact::Closed, b: Contact::Closed },
             boards: PerLamp::new(warm, warm),
             enclosure: Some(CentiCelsius(2_500)),
@@ -130,13 +133,18 @@ impl Bench {
     pub fn step(&mut self) -> Result<Vec<Event>, String> {
         let frames = if self.steps.is_multiple_of(PICTURE_STEPS) { self.frames() } else { [None, None] };
         let picture = frames[0].is_some() || self.steps.is_multiple_of(PICTURE_STEPS);
+        let radar = if self.radar_sees_room && picture {
+            Some(self.room.radar(self.time_s()))
+        } else {
+            self.radar.clone()
+        };
         let stored = self.write_flash();
         let requests = std::mem::take(&mut self.requests);
         let elapsed_s = (self.steps * u64::from(TICK.0) / 1_000) as i64;
         let inputs = Inputs {
             plan: self.plan.as_ref(),
             thermal: [frames[0].as_ref(), frames[1].as_ref()],
-            radar: self.radar.as_ref().filter(|_| picture),
+            radar: radar.as_ref().filter(|_| picture),
             interlock: self.loops,
             boards: self.boards,
             enclosure: self.enclosure,

@@ -7,7 +7,7 @@
 mod body;
 
 pub use self::body::{Body, Kind, Waypoint};
-use vitrine_exhibit::viewer::{COLUMNS, PIXELS, ROWS, ThermalFrame};
+use vitrine_exhibit::viewer::{COLUMNS, PIXELS, REPORT_BYTES, ROWS, RadarFrame, RadarTarget, ThermalFrame};
 
 /// Temperature of the room in °C.
 pub const ROOM_C: f64 = 22.0;
@@ -17,6 +17,11 @@ pub const SENSOR_HEIGHT_M: f64 = 1.3;
 pub const NOISE_C: f64 = 0.16;
 /// Width of a pixel in degrees.
 const PIXEL_DEG: f64 = 7.5;
+/// Half of what the radar sees to either side, in degrees; how far it sees; the slowest that it sees; its noise.
+const RADAR_HALF_DEG: f64 = 60.0;
+const RADAR_FARTHEST_M: f64 = 6.0;
+const RADAR_LEAST_M_S: f64 = 0.1;
+const RADAR_NOISE_M: f64 = 0.03;
 
 /// One of the two sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +83,40 @@ impl Room {
         }
         make(pixels)
     }
+
+    /// What an LD2450 radar above the stack reports at a time in seconds: the three nearest of those who move, within
+    /// 60 degrees and 6 m, to some centimetres. It loses those who stand.
+    pub fn radar(&mut self, time_s: f64) -> RadarFrame {
+        let moving = self.bodies.iter().filter_map(|body| {
+            let ([x, z], [x_before, z_before]) = (body.position(time_s)?, body.position(time_s - 0.2)?);
+            let slow = (x - x_before).hypot(z - z_before) < 0.2 * RADAR_LEAST_M_S;
+            let in_sight = x.abs() < z * RADAR_HALF_DEG.to_radians().tan() && x.hypot(z) < RADAR_FARTHEST_M;
+            (!slow && in_sight).then_some([x, z])
+        });
+        let mut moving: Vec<[f64; 2]> = moving.collect();
+        moving.sort_by(|a, b| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1])));
+        moving.truncate(3);
+        let mut millimetres =
+            |metres: f64| ((metres + RADAR_NOISE_M * self.noise.next()) * 1_000.0).round() as i16;
+        let targets = moving.into_iter();
+        targets.map(|[x, z]| RadarTarget { x_mm: millimetres(x), y_mm: millimetres(z).max(1) }).collect()
+    }
+}
+
+/// The bytes of a radar's report, as they come over its wire: header, three targets, tail; positive numbers have bit 15
+/// set.
+pub fn radar_bytes(report: &RadarFrame) -> Vec<u8> {
+    let word = |mm: i16| (mm.unsigned_abs() | if mm >= 0 { 0x8000 } else { 0 }).to_le_bytes();
+    let mut bytes = vec![0xAA, 0xFF, 0x03, 0x00];
+    for target in report {
+        bytes.extend(word(target.x_mm));
+        bytes.extend(word(target.y_mm));
+        // Speed and resolution, which nobody reads.
+        bytes.extend([0x10, 0x00, 0x40, 0x01]);
+    }
+    bytes.resize(REPORT_BYTES - 2, 0);
+    bytes.extend([0x55, 0xCC]);
+    bytes
 }
 
 /// The part of a pixel that begins at an angle which lies between two edges.

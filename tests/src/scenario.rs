@@ -97,6 +97,21 @@ pub fn run_file(path: &Path) -> Result<(), String> {
 }
 
 impl Scenario {
+    /// Reads a scenario by its name.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub fn read(name: &str) -> Result<Self, String> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name).with_extension("toml");
+        let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
+    }
+
+    /// Everything warm in its room.
+    pub fn bodies(&self) -> &[Body] {
+        &self.body
+    }
+
     /// Runs it to its end.
     ///
     /// # Errors

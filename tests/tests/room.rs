@@ -11,14 +11,14 @@ fn run_until(bench: &mut Bench, time_s: f64) {
 
 fn walker(path: &[(f64, f64, f64)]) -> Body {
     let path = path.iter().map(|(time, angle, distance)| Waypoint(*time, *angle, *distance)).collect();
-    Body { kind: Kind::Person, height_m: 1.7, path }
+    Body { kind: Kind::Person, height_m: 1.7, sway: 1.0, path }
 }
 
 /// The mean error of the horizontal bearing over three seconds, and that of the vertical, in degrees.
 fn bearing_errors(angle: f64, distance: f64, height_m: f64) -> (f64, f64) {
     let mut bench = Bench::new();
     let path = vec![Waypoint(5.0, angle, distance), Waypoint(100.0, angle, distance)];
-    bench.room.bodies = vec![Body { kind: Kind::Person, height_m, path }];
+    bench.room.bodies = vec![Body { kind: Kind::Person, height_m, sway: 1.0, path }];
     run_until(&mut bench, 8.0);
     let (mut horizontal, mut vertical) = (0.0, 0.0);
     for _ in 0..300 {
@@ -117,4 +117,28 @@ fn is_wrong(bench: &Bench) -> bool {
     };
     let nearest = plan.views.iter().map(away).fold(f64::MAX, f64::min);
     away(shown) - nearest > 6.0
+}
+
+/// Somebody walks up to a place far away and stands there without moving at all for a minute and a half.
+#[test]
+fn who_stands_dead_still_far_away_is_not_lost() {
+    for (angle, distance) in [(-40.0, 3.0), (-20.0, 3.0), (0.0, 3.0), (12.0, 2.5), (25.0, 3.0), (40.0, 2.0)] {
+        let mut bench = Bench::new();
+        let from = if angle > 0.0 { angle - 25.0 } else { angle + 25.0 };
+        let path = [(5.0, from, 2.0), (8.0, angle, distance), (200.0, angle, distance)];
+        bench.room.bodies = vec![Body { sway: 0.0, ..walker(&path) }];
+        run_until(&mut bench, 9.0);
+        while bench.time_s() < 100.0 {
+            bench.step().expect("what must always hold");
+            let now = bench.snapshot();
+            assert_eq!(
+                now.viewers,
+                1,
+                "lost at {angle} degrees, {distance} m, after {:.1} s",
+                bench.time_s()
+            );
+            let bearing = now.bearing.map(|bearing| f64::from(bearing.horizontal.0) / 100.0);
+            assert!(bearing.is_some_and(|bearing| (bearing - angle).abs() < 4.0), "{bearing:?} at {angle}");
+        }
+    }
 }

@@ -13,6 +13,7 @@ pub mod battery_clock;
 pub mod grid_eye;
 pub mod interlock;
 pub mod lamps;
+pub mod radar;
 pub mod supply;
 pub mod thermistor;
 pub mod uv_sensor;

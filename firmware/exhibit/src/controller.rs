@@ -20,7 +20,7 @@ use crate::interlock::Interlock;
 use crate::ledger::{DoseLedger, LedgerRecord, Notices};
 use crate::limits;
 use crate::plan::calendar::TimeZone;
-use crate::plan::{Emphasis, Plan, ValidPlan};
+use crate::plan::{Emphasis, Plan, ValidPlan, ViewerSensor};
 use crate::schedule;
 use crate::units::{Irradiance, Lamp, Level, Milliseconds, PerLamp, UtcSeconds};
 use crate::viewer::{BearingSource, Radar, ThermalPair, Tracker};
@@ -71,10 +71,15 @@ pub struct State {
     full: PerLamp<Irradiance>,
     /// Time since the last slow step.
     second: Milliseconds,
+    /// This step is one.
+    is_slow: bool,
     watchdog_latched: bool,
     last: Verdict,
     snapshot: Snapshot,
 }
+
+/// The board has room for more, but a state that grows unnoticed ends in a stack that has none.
+const _: () = assert!(core::mem::size_of::<State>() < 8 * 1024, "the controller's state has outgrown 8 KiB");
 
 /// One step of the controller: takes what is known now, and gives what the lamps are to do until the next step and
 /// what changed. To be called 100 times a second; `elapsed` is the time since the step before.
@@ -82,6 +87,7 @@ pub fn step(state: &mut State, inputs: &Inputs<'_>, elapsed: Milliseconds) -> (L
     let mut events = Events::default();
     state.uptime_ms = state.uptime_ms.saturating_add(u64::from(elapsed.0));
     state.second = state.second.plus(elapsed);
+    state.is_slow = state.is_slow_step(inputs);
     state.notice_plan(inputs.plan, &mut events);
     state.read_clock(inputs);
     state.keep_ledger(inputs, elapsed, &mut events);
@@ -122,6 +128,7 @@ impl State {
             plan: None,
             full: PerLamp::default(),
             second: Milliseconds(1_000),
+            is_slow: false,
             last: Verdict { dark: Some(DarkReason::Starting), ..Verdict::default() },
             snapshot: Snapshot::default(),
         }
@@ -151,7 +158,7 @@ impl State {
     fn read_clock(&mut self, inputs: &Inputs<'_>) {
         let now = inputs.now.and_then(schedule::plausible);
         // A new second does not need to fall into a step that has pictures to look at already.
-        let has_pictures = inputs.thermal.iter().any(Option::is_some);
+        let has_pictures = self.has_pictures(inputs);
         let late = now.zip(self.opening.at).map(|(now, at)| now.0.abs_diff(at.0));
         if late.is_some_and(|late| late == 0 || late == 1 && has_pictures) {
             return;
@@ -166,9 +173,13 @@ impl State {
         self.opening = Opening { at: now, level, local_day };
     }
 
+    fn has_pictures(&self, inputs: &Inputs<'_>) -> bool {
+        self.thermal.is_busy() || inputs.thermal.iter().any(Option::is_some)
+    }
+
     /// Once a second, or a little later where pictures come; what is slow to reckon is reckoned then.
     fn is_slow_step(&self, inputs: &Inputs<'_>) -> bool {
-        let has_pictures = inputs.thermal.iter().any(Option::is_some);
+        let has_pictures = self.has_pictures(inputs);
         self.second.0 >= 2_000 || self.second.0 >= 1_000 && !has_pictures
     }
 
@@ -184,7 +195,7 @@ impl State {
             self.full = PerLamp::new(plan.lamps.top.full_level, plan.lamps.bottom.full_level);
         }
         self.ledger.day(self.opening.local_day);
-        if let Some(plan) = inputs.plan.filter(|_| self.is_slow_step(inputs)) {
+        if let Some(plan) = inputs.plan.filter(|_| self.is_slow) {
             self.notices.update(self.ledger.spent(), plan.limits.life_dose, events);
         }
         if self.uptime_ms >= u64::from(limits::RAN_WELL.0) {
@@ -228,10 +239,14 @@ impl State {
     fn follow_viewers(&mut self, inputs: &Inputs<'_>, elapsed: Milliseconds, events: &mut Events) {
         let seen_warm = self.thermal.take(inputs.thermal, elapsed);
         let seen_moving = self.radar.take(inputs.radar, elapsed);
-        // The radar stands in for thermal sensors that are not fitted or have failed.
-        let by_radar = !self.thermal.is_sound() && self.radar.is_sound();
+        let by_radar = match inputs.plan.map_or(ViewerSensor::Either, |plan| plan.viewer.sensor) {
+            // The radar stands in for thermal sensors that are not fitted or have failed.
+            ViewerSensor::Either => !self.thermal.is_sound() && self.radar.is_sound(),
+            ViewerSensor::Thermal => false,
+            ViewerSensor::Radar => true,
+        };
         self.tracker.update(if by_radar { seen_moving } else { seen_warm }.as_ref(), elapsed);
-        let lost = !self.thermal.is_sound() && !by_radar;
+        let lost = if by_radar { !self.radar.is_sound() } else { !self.thermal.is_sound() };
         let somebody = self.tracker.longest().is_some();
         // Who is blind does not know that nobody is there.
         self.nobody_for = if somebody || lost { Milliseconds(0) } else { self.nobody_for.plus(elapsed) };
@@ -380,7 +395,7 @@ impl State {
         let (lit_s, full_s) = (self.snapshot.lit_s, self.snapshot.full_s);
         self.snapshot = self.take_snapshot(inputs);
         (self.snapshot.lit_s, self.snapshot.full_s) = (lit_s, full_s);
-        if self.is_slow_step(inputs) {
+        if self.is_slow {
             self.second = Milliseconds(0);
             let seconds = |ms: u64| (ms / 1_000).min(u64::from(u32::MAX)) as u32;
             let lamps = self.ledger.spent().lamps;

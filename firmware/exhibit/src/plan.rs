@@ -141,9 +141,23 @@ pub enum Paging {
     Step,
 }
 
+/// Which sensors tell where viewers stand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum ViewerSensor {
+    /// The thermal pair; the radar stands in where it is lost or not fitted.
+    #[default]
+    Either,
+    /// The thermal pair alone.
+    Thermal,
+    /// The radar alone.
+    Radar,
+}
+
 /// How viewers are followed.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct ViewerSettings {
+    /// Which sensors tell where viewers stand.
+    pub sensor: ViewerSensor,
     /// Whose view is shown.
     pub policy: Policy,
     /// What happens between views.
@@ -262,6 +276,7 @@ impl Default for LampCalibration {
 impl Default for ViewerSettings {
     fn default() -> Self {
         Self {
+            sensor: ViewerSensor::Either,
             policy: Policy::First,
             between: Between::Nearest,
             hysteresis: CentiDegrees(400),

@@ -130,10 +130,10 @@ fn one_step(
     let inputs = Inputs {
         plan,
         thermal: [left.as_ref(), right.as_ref()],
-        radar: None,
+        radar: readings.radar.as_ref(),
         interlock,
         boards: readings.lamp_boards,
-        enclosure: None,
+        enclosure: readings.enclosure,
         supply: readings.supply,
         ultraviolet: readings.ultraviolet,
         now: readings.now,

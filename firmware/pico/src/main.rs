@@ -9,6 +9,7 @@
 //! | [`lamps`] | interrupt executor | both PWM channels and the enable line |
 //! | [`sensors`] | thread executor | the I2C bus: viewer sensors, ultraviolet sensor, battery clock |
 //! | [`analog`] | thread executor | the converter: temperatures, supply |
+//! | [`radar`] | thread executor | the radar's port |
 //! | [`front`] | thread executor | status LED and staff key |
 //! | [`store`] | thread executor | flash: plan, dose ledger, event log; and what [`hosts`] may ask |
 //! | [`links`] | thread executor | USB and the service port |
@@ -34,6 +35,7 @@ mod lamps;
 mod last_words;
 mod links;
 mod plans;
+mod radar;
 mod readings;
 mod sensors;
 mod store;
@@ -89,6 +91,7 @@ async fn main(spawner: Spawner) {
     prompt.spawn(started(controller::run(state, interlock, plan)));
     spawner.spawn(started(sensors::run(resources.sensors)));
     spawner.spawn(started(analog::run(resources.analog)));
+    spawner.spawn(started(radar::run(resources.radar)));
     spawner.spawn(started(store::run(store)));
     spawner.spawn(started(links::run_usb_device(usb_device)));
     spawner.spawn(started(links::run_usb(usb_port)));
@@ -102,7 +105,13 @@ async fn main(spawner: Spawner) {
 fn set_priorities() {
     interrupt::TIMER_IRQ_0.set_priority(Priority::P1);
     interrupt::SWI_IRQ_1.set_priority(Priority::P1);
-    for slow in [interrupt::USBCTRL_IRQ, interrupt::UART0_IRQ, interrupt::I2C0_IRQ, interrupt::ADC_IRQ_FIFO] {
+    for slow in [
+        interrupt::USBCTRL_IRQ,
+        interrupt::UART0_IRQ,
+        interrupt::UART1_IRQ,
+        interrupt::I2C0_IRQ,
+        interrupt::ADC_IRQ_FIFO,
+    ] {
         slow.set_priority(Priority::P2);
     }
 }

@@ -8,8 +8,8 @@ use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embassy_time::{Duration, Instant};
 use vitrine_exhibit::clock::ClockRecord;
 use vitrine_exhibit::inputs::TemperatureReading;
-use vitrine_exhibit::units::{Irradiance, Millivolts, PerLamp, UtcSeconds};
-use vitrine_exhibit::viewer::PIXELS;
+use vitrine_exhibit::units::{CentiCelsius, Irradiance, Millivolts, PerLamp, UtcSeconds};
+use vitrine_exhibit::viewer::{PIXELS, RadarFrame};
 use vitrine_protocol::status::{ClockSource, ClockState};
 
 /// A reading that is older says nothing any more.
@@ -30,6 +30,8 @@ struct Board {
     lamp_boards: Option<Stamped<PerLamp<TemperatureReading>>>,
     supply: Option<Stamped<Millivolts>>,
     ultraviolet: Option<Irradiance>,
+    enclosure: Option<Stamped<CentiCelsius>>,
+    radar: Option<RadarFrame>,
     clock: Option<Stamped<UtcSeconds>>,
     /// What the battery clock shows, whether right or wrong.
     shown: Option<Stamped<UtcSeconds>>,
@@ -44,6 +46,8 @@ static BOARD: CriticalSectionMutex<RefCell<Board>> = CriticalSectionMutex::new(R
     lamp_boards: None,
     supply: None,
     ultraviolet: None,
+    enclosure: None,
+    radar: None,
     clock: None,
     shown: None,
     clock_source: ClockSource::Nothing,
@@ -61,6 +65,10 @@ pub(crate) struct Readings {
     pub(crate) supply: Option<Millivolts>,
     /// A new reading of the ultraviolet sensor since the last call.
     pub(crate) ultraviolet: Option<Irradiance>,
+    /// The enclosure's air.
+    pub(crate) enclosure: Option<CentiCelsius>,
+    /// A new report of the radar since the last call.
+    pub(crate) radar: Option<RadarFrame>,
     /// The time.
     pub(crate) now: Option<UtcSeconds>,
 }
@@ -76,6 +84,8 @@ pub(crate) fn take() -> Readings {
         lamp_boards: fresh(board.lamp_boards, now).map_or(PerLamp::default(), |both| both.map(Some)),
         supply: fresh(board.supply, now),
         ultraviolet: board.ultraviolet.take(),
+        enclosure: fresh(board.enclosure, now),
+        radar: board.radar.take(),
         now: running(board.clock, now),
     })
 }
@@ -98,9 +108,18 @@ pub(crate) fn analog(lamp_boards: PerLamp<TemperatureReading>, supply: Millivolt
     });
 }
 
-/// Leaves a reading of the ultraviolet sensor.
-pub(crate) fn ultraviolet(irradiance: Irradiance) {
-    with(|board| board.ultraviolet = Some(irradiance));
+/// Leaves a reading of the ultraviolet sensor, and the temperature of the enclosure's air in which it hangs.
+pub(crate) fn ultraviolet(irradiance: Irradiance, air: CentiCelsius) {
+    let at = Instant::now();
+    with(|board| {
+        board.ultraviolet = Some(irradiance);
+        board.enclosure = Some(Stamped { value: air, at });
+    });
+}
+
+/// Leaves a report of the radar.
+pub(crate) fn radar(report: RadarFrame) {
+    with(|board| board.radar = Some(report));
 }
 
 /// Leaves what is known of the battery clock.

@@ -111,7 +111,7 @@ async fn read_ultraviolet(bus: &mut Bus, answering: &mut Answering) {
         return;
     }
     match with_timeout(TRANSFER_TIMEOUT, uv_sensor::read(bus)).await {
-        Ok(Ok(milliwatts)) => readings::ultraviolet(Irradiance(milliwatts)),
+        Ok(Ok(reading)) => readings::ultraviolet(Irradiance(reading.irradiance_mw_m2), reading.air),
         Ok(Err(error)) => {
             warn!("ultraviolet sensor: {}", defmt::Debug2Format(&error));
             answering.ultraviolet = false;

@@ -34,9 +34,11 @@ pub(crate) enum Client {
     Usb = 1 << 5,
     /// The link over the service port.
     Serial = 1 << 6,
+    /// The owner of the radar's port.
+    Radar = 1 << 7,
 }
 
-const ALL_CLIENTS: u32 = (1 << 7) - 1;
+const ALL_CLIENTS: u32 = (1 << 8) - 1;
 
 static CHECKED_IN: AtomicU32 = AtomicU32::new(0);
 

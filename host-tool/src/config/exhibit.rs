@@ -224,6 +224,8 @@ pub enum BelowFloorSetting {
 /// How viewers are followed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VisitorSettings {
+    /// Which sensors tell where viewers stand.
+    pub sensor: SensorSetting,
     /// Whose view is shown where several viewers stand at different views.
     pub policy: PolicySetting,
     /// What happens to the lamps while a viewer walks from one view to the next.
@@ -256,6 +258,18 @@ pub enum PagingSetting {
     Time,
     /// The viewer's step to the side.
     Step,
+}
+
+/// Which sensors tell where viewers stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SensorSetting {
+    /// The thermal pair; the radar stands in where it is lost or not fitted.
+    Either,
+    /// The thermal pair alone.
+    Thermal,
+    /// The radar alone.
+    Radar,
 }
 
 /// Whose view is shown.

@@ -5,13 +5,13 @@ use jiff::civil;
 use vitrine_exhibit::plan::calendar::{self, Calendar, ClosedDays, MinuteOfDay, Weekdays};
 use vitrine_exhibit::plan::{
     BelowFloor, Between, CurvePoint, Emphasis, LampCalibration, Limits, Paging, Plan, Policy,
-    PresenceSettings, View, ViewerSettings, VolumeMetadata,
+    PresenceSettings, View, ViewerSensor, ViewerSettings, VolumeMetadata,
 };
 use vitrine_exhibit::units::{CentiDegrees, Dose, Irradiance, Level, Milliseconds, PerLamp};
 
 use super::calendar::closed_spans;
 use super::exhibit::{
-    BelowFloorSetting, BetweenSetting, Exhibit, PagingSetting, PolicySetting, ScheduleRule,
+    BelowFloorSetting, BetweenSetting, Exhibit, PagingSetting, PolicySetting, ScheduleRule, SensorSetting,
 };
 use super::zone::{ZoneError, time_zone};
 use crate::optics::LampPair;
@@ -123,6 +123,11 @@ impl Exhibit {
     fn viewer_settings(&self) -> ViewerSettings {
         let visitors = &self.visitors;
         ViewerSettings {
+            sensor: match visitors.sensor {
+                SensorSetting::Either => ViewerSensor::Either,
+                SensorSetting::Thermal => ViewerSensor::Thermal,
+                SensorSetting::Radar => ViewerSensor::Radar,
+            },
             policy: match visitors.policy {
                 PolicySetting::First => Policy::First,
                 PolicySetting::Nearest => Policy::Nearest,

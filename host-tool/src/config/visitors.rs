@@ -4,7 +4,9 @@ use vitrine_exhibit::limits;
 use vitrine_exhibit::plan;
 use vitrine_exhibit::units::{CentiDegrees, Milliseconds};
 
-use super::exhibit::{BetweenSetting, PagingSetting, PolicySetting, PresenceSettings, VisitorSettings};
+use super::exhibit::{
+    BetweenSetting, PagingSetting, PolicySetting, PresenceSettings, SensorSetting, VisitorSettings,
+};
 use super::problem::Problem;
 use super::reader::{Bounds, TableReader, as_number};
 
@@ -22,6 +24,14 @@ const fn time(least: f64, most: f64) -> Bounds {
 /// `[visitors]`.
 pub(super) fn visitors(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> VisitorSettings {
     let defaults = plan::ViewerSettings::default();
+    let sensor = reader.choice(
+        "sensor",
+        &[
+            ("either", SensorSetting::Either),
+            ("thermal", SensorSetting::Thermal),
+            ("radar", SensorSetting::Radar),
+        ],
+    );
     let policy = reader.choice(
         "policy",
         &[
@@ -35,6 +45,7 @@ pub(super) fn visitors(mut reader: TableReader<'_>, problems: &mut Vec<Problem>)
         reader.choice("between", &[("nearest", BetweenSetting::Nearest), ("smooth", BetweenSetting::Smooth)]);
     let paging = reader.choice("paging", &[("time", PagingSetting::Time), ("step", PagingSetting::Step)]);
     let settings = VisitorSettings {
+        sensor: sensor.unwrap_or(SensorSetting::Either),
         policy: policy.unwrap_or(PolicySetting::First),
         between: between.unwrap_or(BetweenSetting::Nearest),
         hysteresis_deg: reader.number("hysteresis_deg", degrees(defaults.hysteresis), ANGLE),

@@ -33,12 +33,19 @@ pub struct Body {
     /// Its height.
     #[serde(default = "default_height")]
     pub height_m: f64,
+    /// How much of a person's usual swaying there is; 0 is dead still.
+    #[serde(default = "usual")]
+    pub sway: f64,
     /// Its way; between two waypoints it walks straight, before the first and after the last it is not there.
     pub path: Vec<Waypoint>,
 }
 
 const fn default_height() -> f64 {
     1.7
+}
+
+const fn usual() -> f64 {
+    1.0
 }
 
 /// A rectangle of a body: half width, lower and upper edge, temperature above the room's.
@@ -48,7 +55,7 @@ impl Body {
     /// A person who stands at an angle and distance from the start on.
     pub fn standing(horizontal_deg: f64, distance_m: f64) -> Self {
         let at = |time| Waypoint(time, horizontal_deg, distance_m);
-        Self { kind: Kind::Person, height_m: default_height(), path: vec![at(0.0), at(1e9)] }
+        Self { kind: Kind::Person, height_m: default_height(), sway: usual(), path: vec![at(0.0), at(1e9)] }
     }
 
     /// Where the body is: to the right of the stack and before it, in m.
@@ -66,7 +73,8 @@ impl Body {
             // People sway by centimetres and shift their weight from foot to foot every now and then.
             Kind::Person | Kind::Dog => {
                 let phase = self.height_m * 7.0;
-                0.02 * (time_s * 2.6 + phase).sin() + 0.04 * (time_s * 0.3 + phase).sin().powi(3)
+                self.sway
+                    * (0.02 * (time_s * 2.6 + phase).sin() + 0.04 * (time_s * 0.3 + phase).sin().powi(3))
             }
             Kind::Radiator | Kind::SunOnWall | Kind::SunOnFloor => 0.0,
         };

@@ -31,6 +31,8 @@ pub struct Change {
     right_eye: Option<EyeHealth>,
     /// Targets' x and y in mm; an empty list is an empty report.
     radar: Option<Vec<(i16, i16)>>,
+    /// A radar is fitted that sees the room.
+    radar_sees_room: Option<bool>,
     flash_works: Option<bool>,
     staff_key: Option<bool>,
     /// Such as "rearm", "release", "new-stack", "dark 10", "open 10", "hold 2 10": view and lease in seconds.
@@ -120,6 +122,7 @@ impl Change {
     fn apply_viewer_sensors(&self, bench: &mut Bench) {
         bench.eyes[0] = self.left_eye.unwrap_or(bench.eyes[0]);
         bench.eyes[1] = self.right_eye.unwrap_or(bench.eyes[1]);
+        bench.radar_sees_room = self.radar_sees_room.unwrap_or(bench.radar_sees_room);
         if let Some(targets) = &self.radar {
             let target = |(x_mm, y_mm): &(i16, i16)| RadarTarget { x_mm: *x_mm, y_mm: *y_mm };
             bench.radar = Some(targets.iter().map(target).collect::<RadarFrame>());

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 use vitrine_exhibit::plan::calendar::{ClosedDays, Date, MinuteOfDay, ScheduleRule, TimeZone, Weekdays};
-use vitrine_exhibit::plan::{BelowFloor, Between, Paging, Plan, Policy};
+use vitrine_exhibit::plan::{BelowFloor, Between, Paging, Plan, Policy, ViewerSensor};
 use vitrine_exhibit::units::{CentiDegrees, Dose, Irradiance, Milliseconds, PerLamp};
 
 use crate::bench::{level, view};
@@ -12,6 +12,7 @@ use crate::bench::{level, view};
 #[serde(default, deny_unknown_fields)]
 pub struct PlanChanges {
     views: Option<Vec<ViewLine>>,
+    sensor: Option<String>,
     policy: Option<String>,
     smooth: bool,
     neutral: Option<(f64, f64)>,
@@ -83,6 +84,12 @@ impl PlanChanges {
     }
 
     fn apply_viewer(&self, plan: &mut Plan) -> Result<(), String> {
+        plan.viewer.sensor = match self.sensor.as_deref() {
+            None | Some("either") => ViewerSensor::Either,
+            Some("thermal") => ViewerSensor::Thermal,
+            Some("radar") => ViewerSensor::Radar,
+            Some(other) => return Err(format!("no such sensor: {other}")),
+        };
         plan.viewer.policy = match self.policy.as_deref() {
             None | Some("first") => Policy::First,
             Some("nearest") => Policy::Nearest,

@@ -13,8 +13,13 @@ const GATE: u32 = 1_200;
 const DROP_AFTER: Milliseconds = Milliseconds(1_000);
 /// A track counts once it has been seen this often: noise and passers-by do not.
 const CONFIRMED: u8 = 3;
-/// Somebody who has not moved at all for this long is a radiator, not a viewer.
+/// What has not moved at all for this long is a radiator or a patch of sun, not a viewer ...
 const STILL: Milliseconds = Milliseconds(60_000);
+/// ... unless it walked here: a viewer who looks at a picture may stand dead still for a while, and from afar the small
+/// movements of those who stand are not seen.
+const STILL_AFTER_WALKING: Milliseconds = Milliseconds(300_000);
+/// What has come so far from where it was first seen has walked, in hundredths of a degree.
+const WALKED: u32 = 600;
 /// The least part of the strongest signal that is still near the display, as a divisor.
 const NEAR: u16 = 4;
 /// Fractional bits of a track's filter.
@@ -39,6 +44,9 @@ pub struct Track {
     /// Change of the horizontal bearing from picture to picture.
     velocity: i32,
     still_for: Milliseconds,
+    /// Where it was first seen.
+    came_from: i16,
+    walked: bool,
     sightings: u8,
     taken: bool,
 }
@@ -54,6 +62,8 @@ impl Track {
             vertical: i32::from(sighting.bearing.vertical.0) << FRACTION,
             velocity: 0,
             still_for: Milliseconds(0),
+            came_from: sighting.bearing.horizontal.0,
+            walked: false,
             sightings: 1,
             taken: true,
         }
@@ -66,7 +76,8 @@ impl Track {
 
     /// Tells whether this is a viewer, and not noise, a passer-by or a thing.
     pub fn counts(&self) -> bool {
-        self.sightings >= CONFIRMED && self.still_for < STILL
+        let patience = if self.walked { STILL_AFTER_WALKING } else { STILL };
+        self.sightings >= CONFIRMED && self.still_for < patience
     }
 
     fn pass(&mut self, elapsed: Milliseconds) {
@@ -101,6 +112,8 @@ impl Track {
         self.unseen = Milliseconds(0);
         self.sightings = self.sightings.saturating_add(1);
         self.taken = true;
+        let way = i32::from(self.bearing().horizontal.0) - i32::from(self.came_from);
+        self.walked |= way.unsigned_abs() >= WALKED;
         if sighting.moves {
             self.still_for = Milliseconds(0);
         }
