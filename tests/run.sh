@@ -14,6 +14,10 @@ RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --document-private-items
 say "tests"
 cargo test --no-fail-fast
 
+say "instructions of the design engine"
+command -v valgrind > /dev/null || tests/install.sh valgrind
+host-tool/benches/instructions.sh
+
 say "board: image"
 firmware/build.sh
 firmware/build.sh --bench

@@ -162,11 +162,16 @@ impl Rays {
         let size = self.width * self.height;
         films.par_chunks_mut(size).zip(&self.films).zip(weights).for_each(|((plane, rays), &weight)| {
             let mut scratch = vec![0.0; self.width];
-            for (row, target) in plane.chunks_mut(self.width).enumerate() {
-                if let Some(source) = rays.rows.gather_transposed(row, picture, &mut scratch) {
-                    rays.columns.add_transposed(source, weight, target);
-                }
-            }
+            vectorised(
+                #[inline(always)]
+                || {
+                    for (row, target) in plane.chunks_mut(self.width).enumerate() {
+                        if let Some(source) = rays.rows.gather_transposed(row, picture, &mut scratch) {
+                            rays.columns.add_transposed(source, weight, target);
+                        }
+                    }
+                },
+            );
         });
     }
 
@@ -259,14 +264,19 @@ impl Rays {
         let Some(rays) = self.films.get(film) else { return };
         let mut gathered = vec![0.0; self.width];
         let mut traced = vec![0.0; self.width];
-        for (row, target) in plane.chunks_mut(self.width).enumerate() {
-            traced.fill(0.0);
-            let line = |at: usize| &picture[at * self.width..(at + 1) * self.width];
-            if let Some(source) = rays.rows.gather(row, line, &mut gathered) {
-                rays.columns.add(source, 1.0, &mut traced);
-            }
-            target.iter_mut().zip(&traced).for_each(|(value, factor)| *value *= factor);
-        }
+        vectorised(
+            #[inline(always)]
+            || {
+                for (row, target) in plane.chunks_mut(self.width).enumerate() {
+                    traced.fill(0.0);
+                    let line = |at: usize| &picture[at * self.width..(at + 1) * self.width];
+                    if let Some(source) = rays.rows.gather(row, line, &mut gathered) {
+                        rays.columns.add(source, 1.0, &mut traced);
+                    }
+                    target.iter_mut().zip(&traced).for_each(|(value, factor)| *value *= factor);
+                }
+            },
+        );
     }
 }
 

@@ -1,0 +1,73 @@
+//! Runs one kernel of the design engine some times over: `kernels NAME REPEATS`, for `benches/instructions.sh`,
+//! which counts its instructions.
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::hint::black_box;
+
+use common::{FOUR, THREE, request};
+use vitrine::design::{DesignSettings, Method, OpticsModel, Tone, design, product};
+use vitrine::optics::{Direction, ideal_weights};
+use vitrine::projection::{ViewerDistance, back_project, project};
+use vitrine::stack::Stack;
+use vitrine::volume::Volume;
+
+const PIXELS: usize = 64;
+
+fn main() {
+    let mut arguments = std::env::args().skip(1);
+    let name = arguments.next().expect("a kernel");
+    let repeats: usize = arguments.next().and_then(|text| text.parse().ok()).expect("a number of repeats");
+    let kernel = kernel(&name);
+    (0..repeats).for_each(|_| kernel());
+}
+
+fn kernel(name: &str) -> Box<dyn Fn()> {
+    let stack = Stack { width_px: PIXELS, height_px: PIXELS, ..Stack::default() };
+    let weights = ideal_weights(&stack);
+    let direction = Direction::new(20.0, -20.0);
+    let mut volume = Volume::new(stack.films, PIXELS, PIXELS);
+    volume.values_mut().fill(0.5);
+    match name {
+        "project" => Box::new(move || {
+            black_box(project(&volume, &stack, direction, ViewerDistance::Parallel, &weights));
+        }),
+        "back-project" => {
+            let picture = project(&volume, &stack, direction, ViewerDistance::Parallel, &weights);
+            Box::new(move || {
+                black_box(back_project(&picture, &stack, direction, ViewerDistance::Parallel, &weights));
+            })
+        }
+        "product" => {
+            let wanted = request(&THREE, PIXELS, settings(Method::Product, Tone::Code));
+            Box::new(move || {
+                black_box(product(&wanted, &mut |_| ()));
+            })
+        }
+        "design-three-code" => designed(&THREE, Tone::Code),
+        "design-four-code" => designed(&FOUR, Tone::Code),
+        "design-three-linear" => designed(&THREE, Tone::Linear),
+        other => panic!("no kernel is called {other}"),
+    }
+}
+
+fn settings(method: Method, tone: Tone) -> DesignSettings {
+    // As many iterations every time, so that a better stop does not hide a slower kernel.
+    let (iterations, tolerance_db) = (20, 1e-6);
+    DesignSettings {
+        method,
+        tone,
+        optics: OpticsModel::Ideal,
+        iterations,
+        tolerance_db,
+        ..DesignSettings::default()
+    }
+}
+
+fn designed(views: &[(&str, f64, f64)], tone: Tone) -> Box<dyn Fn()> {
+    let wanted = request(views, PIXELS, settings(Method::LeastSquares, tone));
+    Box::new(move || {
+        black_box(design(&wanted, &mut |_| ()).expect("a design"));
+    })
+}
