@@ -8,9 +8,9 @@ import { SerialPort } from './serial.mjs';
 import { UsbHost } from './usb.mjs';
 
 const NANOS_A_CYCLE = 8;
-// The lamps' pins, the bench image's step, the status LED.
+// The lamps' pins, the bench image's step and the beginning of its end, the status LED.
 const STEP_PIN = 16;
-const WATCHED = [2, 3, 8, STEP_PIN, 25];
+const WATCHED = [2, 3, 8, STEP_PIN, 17, 25];
 const INPUTS = [1, 6, 7, 9, 10, 11, 21];
 const STACK_PAINT = 0xc5;
 const HARD_FAULT = 3;

@@ -1,6 +1,7 @@
 //! From the power to the first sign of life: dark, and soon on USB.
 
 use crate::bench::{Bench, LAMP_PINS, MILLISECOND, SECOND};
+use crate::exhibit::neutral_on;
 
 #[test]
 fn no_lamp_pin_is_ever_high_without_a_plan() {
@@ -19,6 +20,21 @@ fn usb_is_up_within_half_a_second() {
     bench.run(500 * MILLISECOND);
     let up = bench.usb_up_at().expect("enumerated");
     assert!(up <= 500 * MILLISECOND, "{up} ns");
+}
+
+/// With a plan in flash a start is dark for its dwell of two seconds, and lit soon after it.
+#[test]
+fn the_first_light_comes_soon_after_the_dwell() {
+    let (mut bench, _host) = neutral_on(Bench::new());
+    bench.power_off();
+    bench.edges();
+    let began = bench.now;
+    bench.power_on();
+    bench.run(3 * SECOND);
+    let lit = bench.edges().into_iter().find(|edge| edge.high && LAMP_PINS.contains(&edge.pin));
+    let after = lit.expect("lit").at - began;
+    println!("reset to first light: {} ms", after / MILLISECOND);
+    assert!((2 * SECOND..=2_300 * MILLISECOND).contains(&after), "{after} ns");
 }
 
 #[test]

@@ -10,6 +10,9 @@ use crate::watchdog::Client;
 /// GP16 is not connected: high while the state's owner computes a step.
 const STEP_PIN: usize = 16;
 
+/// GP17 is not connected: rises when a task begins to end badly.
+const END_PIN: usize = 17;
+
 /// What a task is to do at its next check-in: the action in the upper half, the client's bit in the lower.
 #[unsafe(no_mangle)]
 static VITRINE_BENCH: AtomicU32 = AtomicU32::new(0);
@@ -24,6 +27,7 @@ pub(crate) fn obey(client: Client) {
     if asked & 0xffff != client as u32 {
         return;
     }
+    pac::SIO.gpio_out(0).value_set().write_value(1 << END_PIN);
     match asked >> 16 {
         PANIC => unreachable!("the bench asked for it"),
         HARD_FAULT => cortex_m::asm::udf(),
@@ -34,10 +38,12 @@ pub(crate) fn obey(client: Client) {
     }
 }
 
-/// Makes the step's pin an output.
+/// Makes both pins outputs.
 pub(crate) fn set_up() {
-    pac::IO_BANK0.gpio(STEP_PIN).ctrl().write(|control| control.set_funcsel(5));
-    pac::SIO.gpio_oe(0).value_set().write_value(1 << STEP_PIN);
+    for pin in [STEP_PIN, END_PIN] {
+        pac::IO_BANK0.gpio(pin).ctrl().write(|control| control.set_funcsel(5));
+        pac::SIO.gpio_oe(0).value_set().write_value(1 << pin);
+    }
 }
 
 /// Shows that a step begins or has ended.

@@ -10,8 +10,9 @@ use portable_atomic::{AtomicU32, Ordering};
 
 use crate::board::DogResources;
 
-/// From the last feed to the reset.
-const TIMEOUT: Duration = Duration::from_millis(500);
+/// From the last feed to the reset: with all tolerances of the watchdog's tick within the 500 ms that a stuck task may
+/// leave the lamps lit.
+const TIMEOUT: Duration = Duration::from_millis(480);
 
 /// How often the dog looks whether all checked in: with the flash busy for 400 ms at worst it still comes in time.
 const ROUND: Duration = Duration::from_millis(50);
