@@ -29,6 +29,7 @@ const operations = {
   listen: async () => ({ port: await board.usb.listen() }),
   usb: () => ({ connected_at: board.usb.connectedAt }),
   usb_write: ({ bytes }) => void board.usb.toDevice.push(...unhex(bytes)),
+  usb_pending: () => ({ bytes: board.usb.toDevice.length }),
   usb_read: () => ({ bytes: hex(board.usb.fromDevice.splice(0)) }),
   usb_reading: ({ reading }) => board.usb.setReading(reading),
   usb_terminal: ({ ready }) => board.usb.setTerminalReady(ready),

@@ -121,6 +121,25 @@ impl Bench {
         self.call(json!({"op": "i2c", "address": address, "start": start, "bytes": hex(bytes)}));
     }
 
+    /// Sends bytes to the board's USB port, without a host behind it, and runs until it has taken them; gives what it
+    /// has sent meanwhile.
+    pub(crate) fn usb(&mut self, bytes: &[u8]) -> Vec<u8> {
+        self.call(json!({"op": "usb_write", "bytes": hex(bytes)}));
+        for _ in 0..10_000 {
+            self.run(2 * MILLISECOND);
+            if self.call(json!({"op": "usb_pending"}))["bytes"] == json!(0) {
+                self.run(2 * MILLISECOND);
+                return unhex(self.call(json!({"op": "usb_read"}))["bytes"].as_str().expect("bytes"));
+            }
+        }
+        panic!("the board takes no more bytes over USB");
+    }
+
+    /// Reads a word of the image's memory.
+    pub(crate) fn peek(&mut self, symbol: &str) -> u64 {
+        self.call(json!({"op": "peek", "symbol": symbol}))["value"].as_u64().expect("a number")
+    }
+
     /// Sends bytes to the service port.
     pub(crate) fn service(&mut self, bytes: &[u8]) {
         self.call(json!({"op": "serial_write", "bytes": hex(bytes)}));
@@ -264,6 +283,13 @@ pub(crate) fn vitrine_command() -> PathBuf {
     let command = profile.join("vitrine");
     assert!(command.is_file(), "no command at {}: run 'cargo build -p vitrine'", command.display());
     command
+}
+
+/// The number that a variable of the environment gives, for runs longer than the usual one.
+pub(crate) fn number_of(variable: &str, usual: u64) -> u64 {
+    std::env::var(variable)
+        .ok()
+        .map_or(usual, |text| text.parse().unwrap_or_else(|_| panic!("{variable}={text} is no number")))
 }
 
 fn hex(bytes: &[u8]) -> String {

@@ -21,13 +21,18 @@ pub(crate) struct Host {
 impl Host {
     /// Opens the board's USB port and greets.
     pub(crate) fn greet(bench: &mut Bench, address: &str) -> Self {
+        Self::try_greet(bench, address).expect("the board greets")
+    }
+
+    /// The same; none when the board has no power, or loses it on the way.
+    pub(crate) fn try_greet(bench: &mut Bench, address: &str) -> Option<Self> {
         let stream = TcpStream::connect(address.trim_start_matches("tcp:")).expect("the port opens");
         stream.set_nonblocking(true).expect("a socket");
         let mut host = Self { stream, deframer: Deframer::new(), sequence: 0 };
         bench.run(20 * MILLISECOND);
-        let hello = host.ask(bench, &Request::Hello { version: VERSION, fingerprint: FINGERPRINT });
+        let hello = host.try_ask(bench, &Request::Hello { version: VERSION, fingerprint: FINGERPRINT })?;
         assert!(matches!(hello, Ok(Response::Hello(_))), "{hello:?}");
-        host
+        Some(host)
     }
 
     /// Sends a request and runs the board until it answers.

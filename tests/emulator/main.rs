@@ -5,6 +5,7 @@
 mod bench;
 mod boot;
 mod chain;
+mod cuts;
 mod day;
 mod drift;
 mod exhibit;
@@ -12,7 +13,9 @@ mod faults;
 mod flash;
 mod floods;
 mod hosts;
+mod hours;
 mod interlock;
+mod malformed;
 mod measures;
 mod mind;
 mod radar;

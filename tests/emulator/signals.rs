@@ -31,3 +31,19 @@ pub(crate) fn duty(edges: &[Edge], pin: u8, until: u64, periods: u64, resting: b
     }
     high_ns as f64 / (periods * PERIOD_NS) as f64
 }
+
+/// For how many seconds a pin was high over these edges, up to now; `last` is its last edge before them, and after.
+pub(crate) fn high_time(edges: &[Edge], pin: u8, last: &mut Option<Edge>, now: u64) -> f64 {
+    let mut high_ns = 0;
+    for edge in edges.iter().filter(|edge| edge.pin == pin) {
+        if let Some(before) = last.filter(|before| before.high) {
+            high_ns += edge.at - before.at;
+        }
+        *last = Some(*edge);
+    }
+    if let Some(open) = last.as_mut().filter(|open| open.high) {
+        high_ns += now - open.at;
+        open.at = now;
+    }
+    high_ns as f64 / 1e9
+}

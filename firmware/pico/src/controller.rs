@@ -56,6 +56,10 @@ pub(crate) static STORED: Signal<CriticalSectionRawMutex, StoredReservation> = S
 /// What happened, for the log. What finds no room is lost: the loop does not wait for flash.
 pub(crate) static EVENTS: Channel<CriticalSectionRawMutex, Event, 32> = Channel::new();
 
+/// Events that found no room; the bench looks here.
+#[cfg_attr(feature = "bench", unsafe(export_name = "VITRINE_LOST_EVENTS"))]
+static LOST_EVENTS: AtomicU32 = AtomicU32::new(0);
+
 static SNAPSHOT: CriticalSectionMutex<RefCell<Option<Snapshot>>> =
     CriticalSectionMutex::new(RefCell::new(None));
 
@@ -169,8 +173,10 @@ fn tell(state: &State, events: &Events, stored_sequence: &mut Option<u32>) {
         *stored_sequence = Some(record.sequence);
         TO_STORE.signal(*record);
     }
-    for event in events.iter() {
-        let _ = EVENTS.try_send(event);
+    let refused = events.iter().filter(|event| EVENTS.try_send(*event).is_err()).count() as u32;
+    let lost = refused.saturating_add(u32::from(events.lost()));
+    if lost > 0 {
+        LOST_EVENTS.store(LOST_EVENTS.load(Ordering::Relaxed).saturating_add(lost), Ordering::Relaxed);
     }
     let snapshot = *state.snapshot();
     SNAPSHOT.lock(|shared| *shared.borrow_mut() = Some(snapshot));
