@@ -15,7 +15,11 @@ const FULL_MW_M2: f64 = 10_000.0;
 fn visits(seed: u64) -> (Option<f64>, u64) {
     let mixed =
         seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(23).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 20;
-    if seed % 2 == 0 { (Some((mixed % 70) as f64 - 35.0), 5 + mixed % 40) } else { (None, 3 + mixed % 90) }
+    if seed.is_multiple_of(2) {
+        (Some((mixed % 70) as f64 - 35.0), 5 + mixed % 40)
+    } else {
+        (None, 3 + mixed % 90)
+    }
 }
 
 #[test]
