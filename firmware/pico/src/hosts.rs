@@ -10,7 +10,7 @@ use vitrine_protocol::{FINGERPRINT, Hello, Refusal, VERSION};
 
 use crate::controller::{self, REQUESTS};
 use crate::store::Store;
-use crate::{links, readings};
+use crate::{links, live, readings};
 
 impl Controller for Store {
     fn hello(&mut self) -> Hello {
@@ -69,6 +69,10 @@ impl Controller for Store {
 
     fn read_plan(&mut self, offset: u32, part: &mut [u8]) -> Result<(u32, usize), Refusal> {
         self.plans.read(&mut self.chip, offset, part)
+    }
+
+    fn read_live(&mut self, from: Option<u16>, part: &mut [u8]) -> Result<(u16, usize), Refusal> {
+        Ok(live::read(from, part))
     }
 
     fn read_log(&mut self, from: u32) -> Result<LogPage, Refusal> {

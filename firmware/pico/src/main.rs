@@ -34,6 +34,7 @@ mod hosts;
 mod lamps;
 mod last_words;
 mod links;
+mod live;
 mod plans;
 mod radar;
 mod readings;

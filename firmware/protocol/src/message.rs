@@ -64,6 +64,11 @@ pub enum Request {
         /// The sequence number of the first entry wanted.
         from: u32,
     },
+    /// Reads what the firmware tells a technician as it runs, in defmt's encoding.
+    ReadLive {
+        /// Where the answer before ended; none to begin with the oldest that is still there.
+        from: Option<u16>,
+    },
 }
 
 /// What the controller answers.
@@ -99,6 +104,13 @@ pub enum Response {
     Done,
     /// To [`Request::ReadLog`].
     Log(LogPage),
+    /// To [`Request::ReadLive`].
+    Live {
+        /// Where to go on.
+        next: u16,
+        /// What was told since; whoever asks too seldom misses some.
+        bytes: Chunk,
+    },
 }
 
 /// A controller's answer: a response, or why it refuses.

@@ -50,6 +50,11 @@ pub trait Controller {
     fn read_plan(&mut self, offset: u32, part: &mut [u8]) -> Result<(u32, usize), Refusal>;
     /// Reads the event log from the entry `from` on.
     fn read_log(&mut self, from: u32) -> Result<LogPage, Refusal>;
+    /// Reads what the firmware tells as it runs, from where the call before ended, into `part`; gives where to go on and
+    /// how many bytes were read. A controller without such a log refuses.
+    fn read_live(&mut self, _from: Option<u16>, _part: &mut [u8]) -> Result<(u16, usize), Refusal> {
+        Err(Refusal::UnknownRequest)
+    }
 }
 
 /// What went wrong on a link since it began.
@@ -215,6 +220,7 @@ impl Server {
                 Ok(Response::Done)
             }
             Request::ReadLog { from } => controller.read_log(*from).map(Response::Log),
+            Request::ReadLive { from } => read_live(*from, controller),
         }
     }
 
@@ -305,6 +311,14 @@ fn read_plan<C: Controller>(offset: u32, controller: &mut C) -> Reply {
     let (length, read) = controller.read_plan(offset, &mut bytes)?;
     bytes.truncate(read);
     Ok(Response::PlanPart { length, offset, bytes })
+}
+
+fn read_live<C: Controller>(from: Option<u16>, controller: &mut C) -> Reply {
+    let mut bytes = Chunk::new();
+    let _always_fits = bytes.resize_default(bytes.capacity());
+    let (next, read) = controller.read_live(from, &mut bytes)?;
+    bytes.truncate(read);
+    Ok(Response::Live { next, bytes })
 }
 
 fn check_lease(request: exhibit::Request) -> Result<(), Refusal> {

@@ -1,5 +1,8 @@
 //! `vitrine log`: what has happened.
 
+use std::path::PathBuf;
+use std::time::Duration;
+
 use clap::Args;
 use jiff::Timestamp;
 use miette::Report;
@@ -10,7 +13,7 @@ use vitrine_protocol::message::LogEntry;
 use super::clock::{date_text, time_text};
 use super::connect::To;
 use super::output::Output;
-use super::words;
+use super::{live, words};
 
 /// Read the controller's event log, oldest entry first.
 ///
@@ -20,7 +23,8 @@ use super::words;
 Examples:
   vitrine log
   vitrine log --since 2026-05-01T00:00:00Z --csv > may.csv
-  vitrine log --from 120 --json")]
+  vitrine log --from 120 --json
+  vitrine log --live target/firmware/vitrine-pico.elf")]
 pub(super) struct Log {
     /// Begin at this entry's number.
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
@@ -31,6 +35,12 @@ pub(super) struct Log {
     /// As comma-separated values.
     #[arg(long, conflicts_with = "json")]
     csv: bool,
+    /// Instead, print what the firmware tells as it runs, decoded with this ELF file of the image that the board runs.
+    #[arg(long, value_name = "ELF", conflicts_with_all = ["from", "since", "csv", "json"])]
+    live: Option<PathBuf>,
+    /// With --live: stop after this many seconds.
+    #[arg(long = "for", value_name = "SECONDS", requires = "live")]
+    lasts: Option<u64>,
     #[command(flatten)]
     to: To,
 }
@@ -38,6 +48,9 @@ pub(super) struct Log {
 impl Log {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let mut client = self.to.open()?;
+        if let Some(image) = &self.live {
+            return live::follow(client, image, self.lasts.map(Duration::from_secs));
+        }
         let mut entries = client.log(self.from)?;
         if let Some(since) = self.since {
             entries.retain(|entry| entry.time.is_some_and(|time| time.0 >= since.as_second()));

@@ -8,6 +8,7 @@ mod demo;
 mod design;
 mod devices;
 mod frontier;
+mod live;
 mod log;
 mod new;
 mod outlook;

@@ -195,6 +195,18 @@ impl Client {
         }
     }
 
+    /// Reads what the firmware tells as it runs, in defmt's encoding, from where the call before ended; gives where to go
+    /// on.
+    ///
+    /// # Errors
+    /// Those of the link, and the refusal of a controller without such a log.
+    pub fn live(&mut self, from: Option<u16>) -> Result<(u16, Vec<u8>), LinkError> {
+        match self.ask(&Request::ReadLive { from })? {
+            Response::Live { next, bytes } => Ok((next, bytes.to_vec())),
+            _ => Err(self.wrong_answer()),
+        }
+    }
+
     /// Asks, waits, asks again; waits where the controller puts the request off.
     pub(super) fn ask(&mut self, request: &Request) -> Result<Response, LinkError> {
         let begun = Instant::now();

@@ -85,6 +85,7 @@ fn responses() -> Vec<Response> {
         Response::PlanPart { length: 401, offset: 256, bytes: Chunk::from_slice(&[7, 0]).expect("short") },
         Response::Done,
         Response::Log(page),
+        Response::Live { next: 700, bytes: Chunk::from_slice(&[7, 0]).expect("short") },
     ]
 }
 
