@@ -25,7 +25,7 @@ mod structure;
 
 pub use adapt::{Adapted, adapt};
 pub use advice::{Advice, Change, Exposed, Placement, advise};
-pub use as_built::{AsBuilt, SEED, STACKS, ViewAsBuilt, as_built, misplacements};
+pub use as_built::{AsBuilt, HandErrors, SEED, STACKS, ViewAsBuilt, as_built, built_by_hand, misplacements};
 pub use compatibility::{Prediction, SharedDetail, ViewPrediction, predict};
 pub use emphasis::{LampSums, pair_for_all};
 pub use frontier::{FrontierPoint, frontier};

@@ -24,4 +24,4 @@ pub use manifest::{FORMAT, LAYOUT, Manifest};
 pub use read::{BuildFolder, Films, OpenError};
 pub use report::{Figures, Report, ViewReport};
 pub use whole::{Interrupt, WholeFolder, clean_up_on_interrupt, write_file};
-pub use write::{BuildError, check_place, write};
+pub use write::{Beside, BuildError, check_place, write};

@@ -7,6 +7,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::report::{Report, ViewReport};
 use super::viewer::viewer;
 use crate::config::{Exhibit, LampSetting};
+use crate::design::AsBuilt;
 
 const STYLE: &str = include_str!("page.css");
 
@@ -49,6 +50,7 @@ pub(super) fn page(
                     h2 { "Lamps" }
                     (lamp_table(report))
                     (shared_table(report))
+                    @if let Some(built) = &report.as_built { (as_built_table(report, built)) }
                     @if let Some(words) = report.hold_in_words() { p { (words) } }
                 }
                 footer { "Designed with Vitrine " (report.vitrine) "." }
@@ -210,6 +212,40 @@ fn shared_table(report: &Report) -> Markup {
                 }
             } }
         }
+    }
+}
+
+fn as_built_table(report: &Report, built: &AsBuilt) -> Markup {
+    let errors = &built.errors;
+    html! {
+        h2 { "In human hands" }
+        p {
+            (built.stacks) " random stacks. Standard deviations: films " (errors.misplacement_um)
+            " µm beside their places, gaps " (errors.spacing_um) " µm, viewers " (errors.direction_deg)
+            "° astray and " (format!("{:.0}", 100.0 * errors.distance_part)) " % nearer or further."
+        }
+        div class="wide" { table {
+            caption { "Of each view under its own lamps behind the real films" }
+            thead { tr {
+                th scope="col" { "View" }
+                th scope="col" { "Mean of all stacks" }
+                th scope="col" { "Worst stack" }
+            } }
+            tbody {
+                @for (view, of) in report.views.iter().zip(&built.views) {
+                    tr {
+                        th scope="row" { (view.id) }
+                        td { (format!("{:.1} dB / {:.2}", of.mean_psnr_db, of.mean_ssim)) }
+                        td { (format!("{:.1} dB / {:.2}", of.worst_psnr_db, of.worst_ssim)) }
+                    }
+                }
+                tr {
+                    th scope="row" { "All" }
+                    td { (format!("{:.1} dB / {:.2}", built.mean_psnr_db(), built.mean_ssim())) }
+                    td { (format!("{:.1} dB / {:.2}", built.worst_psnr_db(), built.worst_ssim())) }
+                }
+            }
+        } }
     }
 }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Exhibit, Hold, LampSetting, ViewSettings};
-use crate::design::{Design, SharedPair, ViewDesign};
+use crate::design::{AsBuilt, Design, SharedPair, ViewAsBuilt, ViewDesign};
 use crate::measure::Quality;
 use crate::optics::LampPair;
 
@@ -26,6 +26,9 @@ pub struct Report {
     pub neutral: Pair,
     /// For each two views, the pair that is best for both at once.
     pub shared: Vec<SharedReport>,
+    /// What becomes of the views in human hands, where that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub as_built: Option<AsBuilt>,
     /// The views, in the order of exhibit.toml.
     pub views: Vec<ViewReport>,
 }
@@ -117,6 +120,7 @@ impl Report {
             least_ssim: views.iter().map(|view| view.quality.ssim).fold(f64::INFINITY, f64::min),
             neutral: design.neutral.into(),
             shared: design.shared.iter().map(|shared| SharedReport::new(shared, design)).collect(),
+            as_built: None,
             views,
         }
     }
@@ -149,8 +153,22 @@ impl Report {
             let cells = under.map(|(psnr_db, ssim)| format!("{psnr_db:>5.1} dB {ssim:.2}   "));
             lines.push(format!("{id:<16} {}", cells.join(" ").trim_end()));
         }
+        lines.extend(self.as_built.iter().flat_map(|built| self.as_built_lines(built)));
         lines.extend(self.hold_in_words());
         lines.join("\n")
+    }
+
+    fn as_built_lines(&self, built: &AsBuilt) -> Vec<String> {
+        let heading = format!("as built         mean of {} stacks   worst stack", built.stacks);
+        let views = self.views.iter().zip(&built.views).map(|(view, of)| {
+            let ViewAsBuilt { mean_psnr_db, worst_psnr_db, mean_ssim, worst_ssim } = of;
+            (view.id.as_str(), [*mean_psnr_db, *mean_ssim, *worst_psnr_db, *worst_ssim])
+        });
+        let all = [built.mean_psnr_db(), built.mean_ssim(), built.worst_psnr_db(), built.worst_ssim()];
+        let line = |(id, [mean_db, mean, worst_db, worst]): (&str, [f64; 4])| {
+            format!("{id:<16} {mean_db:>5.1} dB  SSIM {mean:.2}   {worst_db:>5.1} dB  SSIM {worst:.2}")
+        };
+        std::iter::once(heading).chain(views.chain([("all", all)]).map(line)).collect()
     }
 
     /// Mean PSNR in dB and SSIM of the views behind the stack's own films: each under its own pair, under the neutral

@@ -14,7 +14,7 @@ use super::page::{ViewPictures, page};
 use super::report::Report;
 use super::whole::WholeFolder;
 use crate::config::{Exhibit, PlanPairs, ZoneError};
-use crate::design::{Design, DesignRequest};
+use crate::design::{AsBuilt, Design, DesignRequest};
 use crate::measure::structural_similarity;
 use crate::picture::Picture;
 use crate::volume::InkDepth;
@@ -97,9 +97,17 @@ fn is_build(place: &Path) -> bool {
     manifest.is_some_and(|manifest| manifest.get("format").is_some_and(|format| format == FORMAT))
 }
 
+/// What a build may have beside its design.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Beside<'a> {
+    /// The request before its pictures were adapted, where they were.
+    pub given: Option<&'a DesignRequest>,
+    /// What becomes of the design in human hands, where that was asked for.
+    pub as_built: Option<&'a AsBuilt>,
+}
+
 /// Writes the build of `design`, made from the exhibit.toml at `exhibit_path`, to `place`, whole or not at all.
 ///
-/// `given` is the request before its pictures were adapted, where they were.
 ///
 /// # Errors
 /// Fails when `place` is taken by something else and when anything cannot be written; then `place` is as it was.
@@ -108,12 +116,14 @@ pub fn write(
     exhibit_path: &Path,
     exhibit: &Exhibit,
     request: &DesignRequest,
-    given: Option<&DesignRequest>,
+    beside: Beside<'_>,
     design: &Design,
 ) -> Result<Report, BuildError> {
+    let given = beside.given;
     check_place(place)?;
     let depth = request.settings.ink_depth;
     let mut report = Report::new(exhibit, design);
+    report.as_built = beside.as_built.cloned();
     if let Some(given) = given {
         for ((view, adapted), given) in report.views.iter_mut().zip(&request.views).zip(&given.views) {
             view.similarity_to_given = Some(structural_similarity(&adapted.pattern, &given.pattern));

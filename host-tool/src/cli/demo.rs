@@ -11,7 +11,7 @@ use vitrine::demo::{Moment, contact_sheet, walk};
 use vitrine::starter;
 use vitrine::volume::InkDepth;
 
-use super::design::design_exhibit;
+use super::design::{Effort, design_exhibit};
 use super::output::Output;
 
 /// A demo is watched while it runs: it stops a few tenths of a dB short of what `vitrine design` reaches.
@@ -60,7 +60,8 @@ impl Demo {
             }
         };
         output.note("Designing the films and the lamp pairs");
-        let report = design_exhibit(&exhibit, &self.output, InkDepth::Eight, Some(ITERATIONS), output)?;
+        let effort = Effort { iterations: Some(ITERATIONS), as_built: false };
+        let report = design_exhibit(&exhibit, &self.output, InkDepth::Eight, effort, output)?;
         output.note(&report.summary());
         output.note("\nA simulated controller takes the plan, and a viewer walks from left to right");
         let build = BuildFolder::open(&self.output)?;

@@ -5,9 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use miette::{Diagnostic, Report};
 use thiserror::Error;
-use vitrine::build_folder;
+use vitrine::build_folder::{self, Beside};
 use vitrine::config;
-use vitrine::design::{DesignError, adapt, design, predicted_memory_mib};
+use vitrine::design::{
+    self, DesignError, HandErrors, SEED, STACKS, adapt, built_by_hand, predicted_memory_mib,
+};
+use vitrine::optics::LampPair;
 use vitrine::picture::PictureError;
 use vitrine::volume::InkDepth;
 
@@ -20,7 +23,11 @@ use super::progress::Progress;
 Examples:
   vitrine design exhibit.toml -o build
   vitrine design exhibit.toml -o build --bits 16
+  vitrine design exhibit.toml -o build --as-built
   vitrine design exhibit.toml -o build --json | jq .mean_psnr_db
+
+--as-built looks at 16 random stacks, always the same: films misplaced as [design] misplacement_um says, gaps off by a
+twentieth of spacer_mm, viewers astray by 1 degree and by a tenth of their distance (all standard deviations).
 
 The folder is written whole or not at all; a build that is there already is replaced, anything else is not.")]
 pub(super) struct Design {
@@ -29,6 +36,9 @@ pub(super) struct Design {
     /// The build folder to write.
     #[arg(short, long, value_name = "BUILD")]
     output: PathBuf,
+    /// Tell what becomes of the views when human hands build the stack and people look at it.
+    #[arg(long)]
+    as_built: bool,
     /// Bits of each ink value in the films.
     #[arg(long, default_value = "8", value_parser = ["8", "16"])]
     bits: String,
@@ -58,7 +68,8 @@ pub(super) enum DesignFailure {
 impl Design {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let depth = if self.bits == "16" { InkDepth::Sixteen } else { InkDepth::Eight };
-        let report = design_exhibit(&self.exhibit, &self.output, depth, None, output)?;
+        let effort = Effort { iterations: None, as_built: self.as_built };
+        let report = design_exhibit(&self.exhibit, &self.output, depth, effort, output)?;
         output.result(&report, || report.summary());
         output.note(&format!(
             "Written to {}; look at {}",
@@ -69,20 +80,28 @@ impl Design {
     }
 }
 
-/// Designs the exhibit.toml at `path` into the build folder `place`, with `iterations` of the optimiser at most or
-/// with as many as it wants.
+/// How much is done for a design.
+#[derive(Clone, Copy)]
+pub(super) struct Effort {
+    /// The most iterations of the optimiser, in place of exhibit.toml's.
+    pub(super) iterations: Option<usize>,
+    /// Whether random stacks are looked at.
+    pub(super) as_built: bool,
+}
+
+/// Designs the exhibit.toml at `path` into the build folder `place`.
 pub(super) fn design_exhibit(
     path: &Path,
     place: &Path,
     depth: InkDepth,
-    iterations: Option<usize>,
+    effort: Effort,
     output: Output,
 ) -> Result<build_folder::Report, Report> {
     let exhibit = config::load(path)?;
     build_folder::check_place(place)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut request = exhibit.design_request(folder, depth).map_err(DesignFailure::from)?;
-    if let Some(iterations) = iterations {
+    if let Some(iterations) = effort.iterations {
         request.settings.iterations = iterations;
     }
     let fail = |source| DesignFailure::Impossible { path: path.to_owned(), source };
@@ -105,6 +124,18 @@ pub(super) fn design_exhibit(
         Some(adapted) => (&adapted.request, Some(&request)),
         None => (&request, None),
     };
-    let designed = design(wanted, &mut |step| progress.report(step)).map_err(fail)?;
-    Ok(build_folder::write(place, path, &exhibit, wanted, given, &designed)?)
+    let designed = design::design(wanted, &mut |step| progress.report(step)).map_err(fail)?;
+    let as_built = effort.as_built.then(|| {
+        progress.report(design::Progress {
+            stage: "looking at random stacks",
+            done: 0,
+            total: STACKS,
+            quality_db: None,
+        });
+        let pairs: Vec<LampPair> = designed.views.iter().map(|view| view.emphasis).collect();
+        let errors = HandErrors::expected(wanted);
+        built_by_hand(wanted, &designed.volume, &pairs, errors, STACKS, SEED)
+    });
+    let beside = Beside { given, as_built: as_built.as_ref() };
+    Ok(build_folder::write(place, path, &exhibit, wanted, beside, &designed)?)
 }

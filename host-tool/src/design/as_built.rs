@@ -1,11 +1,14 @@
-//! What a design shows when it is built by human hands: films lie beside their places.
+//! What a design shows when it is built by human hands and looked at by people: films lie beside their places, gaps
+//! are not quite as thick as they should be, viewers stand a little to the side, nearer or further.
 
 use rayon::prelude::*;
 
-use super::request::DesignRequest;
+use serde::{Deserialize, Serialize};
+
+use super::request::{DesignRequest, ViewRequest};
 use crate::measure::{fit, psnr_db, structural_similarity};
-use crate::optics::{LampPair, film_weights};
-use crate::projection::project_along;
+use crate::optics::{Direction, LampPair, film_weights};
+use crate::projection::{Rays, ViewerDistance, project_along};
 use crate::volume::Volume;
 
 /// Random stacks that are looked at.
@@ -14,15 +17,58 @@ pub const STACKS: usize = 16;
 /// Seed from which the stacks' errors follow.
 pub const SEED: u64 = 11;
 
+/// Normal errors of a stack made by hand and of the people before it, by their standard deviations.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HandErrors {
+    /// Of each film's place along each axis.
+    pub misplacement_um: f64,
+    /// Of each gap between two films.
+    pub spacing_um: f64,
+    /// Of the viewer's direction along each axis.
+    pub direction_deg: f64,
+    /// Of the viewer's distance, as a part of it; nothing for parallel rays.
+    pub distance_part: f64,
+}
+
+impl HandErrors {
+    /// Acrylic sheet is sold within a tenth of its thickness: two standard deviations.
+    const SPACING_PART: f64 = 0.05;
+    /// Who leans from one foot to the other moves by some 20 mm at arm's length.
+    const DIRECTION_DEG: f64 = 1.0;
+    /// Visitors keep a distance within a fifth: two standard deviations.
+    const DISTANCE_PART: f64 = 0.1;
+
+    /// The errors to be expected of `request`: its films' misplacement, spacers as they are sold, visitors as they stand.
+    pub fn expected(request: &DesignRequest) -> Self {
+        Self {
+            misplacement_um: request.settings.misplacement_um,
+            spacing_um: 1000.0 * Self::SPACING_PART * request.stack.spacer_mm,
+            direction_deg: Self::DIRECTION_DEG,
+            distance_part: Self::DISTANCE_PART,
+        }
+    }
+
+    /// Misplaced films and nothing else.
+    pub fn misplaced(misplacement_um: f64) -> Self {
+        Self { misplacement_um, spacing_um: 0.0, direction_deg: 0.0, distance_part: 0.0 }
+    }
+}
+
 /// Quality over all random stacks, behind the stack's own films and under each view's own lamps.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AsBuilt {
+    /// The errors of the stacks and their viewers.
+    pub errors: HandErrors,
+    /// How many stacks were looked at.
+    pub stacks: usize,
+    /// What their errors follow from.
+    pub seed: u64,
     /// The views, in the order of the request.
     pub views: Vec<ViewAsBuilt>,
 }
 
 /// Quality of one view over all random stacks.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ViewAsBuilt {
     /// Mean PSNR in dB.
     pub mean_psnr_db: f64,
@@ -45,6 +91,16 @@ impl AsBuilt {
         self.views.iter().map(|view| view.mean_psnr_db).fold(f64::INFINITY, f64::min)
     }
 
+    /// PSNR in dB of the worst view in its worst stack.
+    pub fn worst_psnr_db(&self) -> f64 {
+        self.views.iter().map(|view| view.worst_psnr_db).fold(f64::INFINITY, f64::min)
+    }
+
+    /// SSIM of the worst view in its worst stack.
+    pub fn worst_ssim(&self) -> f64 {
+        self.views.iter().map(|view| view.worst_ssim).fold(f64::INFINITY, f64::min)
+    }
+
     /// Mean SSIM of all views.
     pub fn mean_ssim(&self) -> f64 {
         self.mean(|view| view.mean_ssim)
@@ -64,22 +120,25 @@ pub fn as_built(
     stacks: usize,
     seed: u64,
 ) -> AsBuilt {
-    let sigma_mm = request.settings.misplacement_um / 1000.0;
+    let errors = HandErrors::misplaced(request.settings.misplacement_um);
+    built_by_hand(request, volume, pairs, errors, stacks, seed)
+}
+
+/// As [`as_built`], with all errors of human hands and of viewers.
+pub fn built_by_hand(
+    request: &DesignRequest,
+    volume: &Volume,
+    pairs: &[LampPair],
+    errors: HandErrors,
+    stacks: usize,
+    seed: u64,
+) -> AsBuilt {
     let looks: Vec<Vec<(f64, f64)>> = (0..stacks)
         .into_par_iter()
         .map(|stack| {
-            let shifts = misplacements(request.stack.films, sigma_mm, seed.wrapping_add(stack as u64));
-            let views = request.views.iter().zip(pairs).enumerate();
-            views
-                .map(|(index, (view, &pair))| {
-                    let rays = request.misplaced_rays(index, &shifts);
-                    let weights = film_weights(&request.stack, view.direction, pair);
-                    let shown = project_along(volume, &rays, &weights);
-                    let fitted = fit(&shown, &view.pattern, request.settings.tone);
-                    let ssim = structural_similarity(&fitted.picture, &view.pattern);
-                    (psnr_db(&fitted.picture, &view.pattern), ssim)
-                })
-                .collect()
+            let built = Built::at_random(request, errors, seed.wrapping_add(stack as u64));
+            let views = request.views.iter().zip(pairs);
+            views.map(|(view, &pair)| built.look(request, volume, view, pair)).collect()
         })
         .collect();
     let count = looks.len().max(1) as f64;
@@ -92,7 +151,66 @@ pub fn as_built(
             worst_ssim: of_view().map(|look| look.1).fold(f64::INFINITY, f64::min),
         }
     });
-    AsBuilt { views: views.collect() }
+    AsBuilt { errors, stacks, seed, views: views.collect() }
+}
+
+/// One stack with its errors, and where its viewers really stand.
+struct Built {
+    shifts_mm: Vec<(f64, f64)>,
+    heights_mm: Vec<f64>,
+    /// Added to every view's direction.
+    astray_deg: (f64, f64),
+    /// What every viewer's distance is multiplied by.
+    distance_factor: f64,
+}
+
+impl Built {
+    fn at_random(request: &DesignRequest, errors: HandErrors, seed: u64) -> Self {
+        let stack = &request.stack;
+        // Other numbers than the films' shifts, which do not change when other errors come or go.
+        let others = misplacements(stack.films + 2, 1.0, !seed);
+        let mut heights_mm = Vec::with_capacity(stack.films);
+        let mut sunk = 0.0;
+        for film in 0..stack.films {
+            heights_mm.push(stack.film_z_mm(film) - sunk);
+            sunk += errors.spacing_um / 1000.0 * others[film].0;
+        }
+        let middle = heights_mm.iter().sum::<f64>() / stack.films as f64;
+        heights_mm.iter_mut().for_each(|height| *height -= middle);
+        let (astray, distance) = (others[stack.films], others[stack.films + 1].0);
+        Self {
+            shifts_mm: misplacements(stack.films, errors.misplacement_um / 1000.0, seed),
+            heights_mm,
+            astray_deg: (errors.direction_deg * astray.0, errors.direction_deg * astray.1),
+            // Nobody stands within the stack.
+            distance_factor: (1.0 + errors.distance_part * distance).max(0.5),
+        }
+    }
+
+    /// PSNR in dB and SSIM of one view.
+    fn look(
+        &self,
+        request: &DesignRequest,
+        volume: &Volume,
+        view: &ViewRequest,
+        pair: LampPair,
+    ) -> (f64, f64) {
+        let (horizontal, vertical) = self.astray_deg;
+        let Direction { horizontal_deg, vertical_deg } = view.direction;
+        let direction = Direction::new(horizontal_deg + horizontal, vertical_deg + vertical);
+        let distance = match view.distance.unwrap_or(request.distance) {
+            ViewerDistance::Parallel => ViewerDistance::Parallel,
+            ViewerDistance::Millimetres(distance) => {
+                let nearest = request.stack.depth_mm() + request.stack.film_pitch_mm();
+                ViewerDistance::Millimetres((distance * self.distance_factor).max(nearest))
+            }
+        };
+        let stack = &request.stack;
+        let rays = Rays::at_heights(stack, direction, distance, &self.shifts_mm, &self.heights_mm);
+        let shown = project_along(volume, &rays, &film_weights(stack, direction, pair));
+        let fitted = fit(&shown, &view.pattern, request.settings.tone);
+        (psnr_db(&fitted.picture, &view.pattern), structural_similarity(&fitted.picture, &view.pattern))
+    }
 }
 
 /// Returns for each film a normal error along each axis, in mm.
@@ -139,5 +257,26 @@ mod tests {
         assert!((variance.sqrt() - 0.068).abs() < 0.001, "{}", variance.sqrt());
         let within = values.iter().filter(|v| v.abs() < 0.068).count() as f64 / values.len() as f64;
         assert!((within - 0.6827).abs() < 0.01, "{within}");
+    }
+
+    #[test]
+    fn errors_of_other_kinds_leave_the_films_where_they_are_and_keep_the_middle() {
+        let request = DesignRequest {
+            stack: crate::stack::Stack::default(),
+            distance: ViewerDistance::Millimetres(600.0),
+            views: Vec::new(),
+            settings: super::super::DesignSettings::default(),
+        };
+        let expected = HandErrors::expected(&request);
+        assert_eq!(expected.spacing_um, 25.0);
+        let alone = Built::at_random(&request, HandErrors::misplaced(68.0), 5);
+        let all = Built::at_random(&request, expected, 5);
+        assert_eq!(alone.shifts_mm, all.shifts_mm);
+        assert_eq!((alone.astray_deg, alone.distance_factor), ((0.0, 0.0), 1.0));
+        assert!(all.heights_mm.iter().sum::<f64>().abs() < 1e-9);
+        let gaps: Vec<f64> = all.heights_mm.windows(2).map(|pair| pair[0] - pair[1] - 0.6).collect();
+        let spread = (gaps.iter().map(|gap| gap * gap).sum::<f64>() / gaps.len() as f64).sqrt();
+        assert!((0.012..0.04).contains(&spread), "{spread}");
+        assert!(all.astray_deg.0 != 0.0 && all.distance_factor != 1.0);
     }
 }

@@ -164,6 +164,26 @@ fn pages_pairs_and_what_they_are_worth_are_in_the_plan_and_in_the_report() {
     assert_eq!(workshop.run(&["view", "build", "-o", "seen.png"]).code, Some(2));
 }
 
+#[test]
+fn what_becomes_of_a_design_in_human_hands_is_told_on_request_and_always_the_same() {
+    let workshop = Workshop::small();
+    let built = || -> Value {
+        let told = workshop.succeed(&["design", "exhibit.toml", "-o", "build", "--as-built", "--json"]);
+        serde_json::from_str::<Value>(&told).unwrap()["as_built"].clone()
+    };
+    let first = built();
+    assert_eq!(first, built());
+    assert_eq!((first["stacks"].as_u64(), first["errors"]["spacing_um"].as_f64()), (Some(16), Some(25.0)));
+    for view in first["views"].as_array().unwrap() {
+        let of = |name: &str| view[name].as_f64().unwrap();
+        assert!(of("worst_psnr_db") < of("mean_psnr_db") && of("worst_ssim") < of("mean_ssim"), "{view}");
+    }
+    let page = fs::read_to_string(workshop.path("build/report.html")).unwrap();
+    assert!(page.contains("In human hands") && page.contains("gaps 25 µm"));
+    let text = workshop.succeed(&["design", "exhibit.toml", "-o", "build", "--as-built"]);
+    assert!(text.contains("mean of 16 stacks   worst stack"), "{text}");
+}
+
 /// The most memory that a child has had in RAM, in MiB.
 #[cfg(target_os = "linux")]
 fn peak_mib(mut child: std::process::Child) -> f64 {
