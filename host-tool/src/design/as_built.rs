@@ -171,9 +171,9 @@ impl Built {
         let others = misplacements(stack.films + 2, 1.0, !seed);
         let mut heights_mm = Vec::with_capacity(stack.films);
         let mut sunk = 0.0;
-        for film in 0..stack.films {
+        for (film, (error, _)) in others.iter().enumerate().take(stack.films) {
             heights_mm.push(stack.film_z_mm(film) - sunk);
-            sunk += errors.spacing_um / 1000.0 * others[film].0;
+            sunk += errors.spacing_um / 1000.0 * error;
         }
         let middle = heights_mm.iter().sum::<f64>() / stack.films as f64;
         heights_mm.iter_mut().for_each(|height| *height -= middle);
