@@ -109,108 +109,93 @@ fn view_section(view: &ViewReport, pictures: &ViewPictures) -> Markup {
     }
 }
 
-fn figures_table(report: &Report) -> Markup {
+/// A table with its caption, the heads of its columns and its rows.
+fn table(caption: &str, columns: &[&str], rows: Markup) -> Markup {
     html! {
         div class="wide" { table {
-            caption { "Of each view in the optics of the design, against its pattern" }
+            caption { (caption) }
             thead { tr {
-                th scope="col" { "View" }
-                th scope="col" { "PSNR" }
-                th scope="col" { "SSIM" }
-                th scope="col" { "Brightness" }
-                th scope="col" { "Contrast" }
-                th scope="col" { "Cross-talk" }
+                @for column in columns {
+                    th scope="col" { (column) }
+                }
             } }
-            tbody {
-                @for view in &report.views {
-                    tr {
-                        th scope="row" { (view.id) }
-                        td { (format!("{:.1} dB", view.quality.psnr_db)) }
-                        td { (format!("{:.3}", view.quality.ssim)) }
-                        td { (format!("{:.0} %", 100.0 * view.quality.efficiency)) }
-                        td { (format!("{:.1}", view.quality.contrast)) }
-                        td { (format!("{:+.2}", view.quality.cross_talk)) }
-                    }
-                }
+            tbody { (rows) }
+        } }
+    }
+}
+
+fn figures_table(report: &Report) -> Markup {
+    html! {
+        (table("Of each view in the optics of the design, against its pattern", &["View", "PSNR", "SSIM", "Brightness", "Contrast", "Cross-talk"], html! {
+            @for view in &report.views {
                 tr {
-                    th scope="row" { "Mean" }
-                    td { (format!("{:.1} dB", report.mean_psnr_db)) }
-                    td { (format!("{:.3}", report.mean_ssim)) }
-                    td colspan="3" {}
-                }
-                tr {
-                    th scope="row" { "Least" }
-                    td { (format!("{:.1} dB", report.least_psnr_db)) }
-                    td { (format!("{:.3}", report.least_ssim)) }
-                    td colspan="3" {}
+                    th scope="row" { (view.id) }
+                    td { (format!("{:.1} dB", view.quality.psnr_db)) }
+                    td { (format!("{:.3}", view.quality.ssim)) }
+                    td { (format!("{:.0} %", 100.0 * view.quality.efficiency)) }
+                    td { (format!("{:.1}", view.quality.contrast)) }
+                    td { (format!("{:+.2}", view.quality.cross_talk)) }
                 }
             }
-        } }
+            tr {
+                th scope="row" { "Mean" }
+                td { (format!("{:.1} dB", report.mean_psnr_db)) }
+                td { (format!("{:.3}", report.mean_ssim)) }
+                td colspan="3" {}
+            }
+            tr {
+                th scope="row" { "Least" }
+                td { (format!("{:.1} dB", report.least_psnr_db)) }
+                td { (format!("{:.3}", report.least_ssim)) }
+                td colspan="3" {}
+            }
+        }))
     }
 }
 
 fn lamp_table(report: &Report) -> Markup {
     let level = |level: f64| format!("{:.0} %", 100.0 * level);
     html! {
-        div class="wide" { table {
-            caption { "The lamp pair that shows each view at its best, and the quality behind the real films" }
-            thead { tr {
-                th scope="col" { "View" }
-                th scope="col" { "Top" }
-                th scope="col" { "Bottom" }
-                th scope="col" { "Under its own pair" }
-                th scope="col" { "Under the neutral pair" }
-                th scope="col" { "Both lamps full" }
-            } }
-            tbody {
-                @for view in &report.views {
-                    tr {
-                        th scope="row" { (view.id) }
-                        td { (level(view.emphasis.top)) }
-                        td { (level(view.emphasis.bottom)) }
-                        @for figures in [view.under_own_lamps, view.under_neutral_lamps, view.under_full_lamps] {
-                            td { (format!("{:.1} dB / {:.2}", figures.psnr_db, figures.ssim)) }
-                        }
-                    }
-                }
+        (table("The lamp pair that shows each view at its best, and the quality behind the real films", &["View", "Top", "Bottom", "Under its own pair", "Under the neutral pair", "Both lamps full"], html! {
+            @for view in &report.views {
                 tr {
-                    th scope="row" { "Mean" }
-                    td colspan="2" {}
-                    @for (psnr_db, ssim) in report.mean_under_lamps().1 {
-                        td { (format!("{psnr_db:.1} dB / {ssim:.2}")) }
+                    th scope="row" { (view.id) }
+                    td { (level(view.emphasis.top)) }
+                    td { (level(view.emphasis.bottom)) }
+                    @for figures in [view.under_own_lamps, view.under_neutral_lamps, view.under_full_lamps] {
+                        td { (format!("{:.1} dB / {:.2}", figures.psnr_db, figures.ssim)) }
                     }
-                }
-                tr {
-                    th scope="row" { "Neutral" }
-                    td { (level(report.neutral.top)) }
-                    td { (level(report.neutral.bottom)) }
-                    td colspan="3" {}
                 }
             }
-        } }
+            tr {
+                th scope="row" { "Mean" }
+                td colspan="2" {}
+                @for (psnr_db, ssim) in report.mean_under_lamps().1 {
+                    td { (format!("{psnr_db:.1} dB / {ssim:.2}")) }
+                }
+            }
+            tr {
+                th scope="row" { "Neutral" }
+                td { (level(report.neutral.top)) }
+                td { (level(report.neutral.bottom)) }
+                td colspan="3" {}
+            }
+        }))
     }
 }
 
 fn shared_table(report: &Report) -> Markup {
     html! {
         @if !report.shared.is_empty() {
-            div class="wide" { table {
-                caption { "For two viewers at once: the pair that is best for both views" }
-                thead { tr {
-                    th scope="col" { "Views" }
-                    th scope="col" { "Top" }
-                    th scope="col" { "Bottom" }
-                } }
-                tbody {
-                    @for shared in &report.shared {
-                        tr {
-                            th scope="row" { (shared.views[0]) " and " (shared.views[1]) }
-                            td { (format!("{:.0} %", 100.0 * shared.pair.top)) }
-                            td { (format!("{:.0} %", 100.0 * shared.pair.bottom)) }
-                        }
+            (table("For two viewers at once: the pair that is best for both views", &["Views", "Top", "Bottom"], html! {
+                @for shared in &report.shared {
+                    tr {
+                        th scope="row" { (shared.views[0]) " and " (shared.views[1]) }
+                        td { (format!("{:.0} %", 100.0 * shared.pair.top)) }
+                        td { (format!("{:.0} %", 100.0 * shared.pair.bottom)) }
                     }
                 }
-            } }
+            }))
         }
     }
 }
@@ -224,28 +209,20 @@ fn as_built_table(report: &Report, built: &AsBuilt) -> Markup {
             " µm beside their places, gaps " (errors.spacing_um) " µm, viewers " (errors.direction_deg)
             "° astray and " (format!("{:.0}", 100.0 * errors.distance_part)) " % nearer or further."
         }
-        div class="wide" { table {
-            caption { "Of each view under its own lamps behind the real films" }
-            thead { tr {
-                th scope="col" { "View" }
-                th scope="col" { "Mean of all stacks" }
-                th scope="col" { "Worst stack" }
-            } }
-            tbody {
-                @for (view, of) in report.views.iter().zip(&built.views) {
-                    tr {
-                        th scope="row" { (view.id) }
-                        td { (format!("{:.1} dB / {:.2}", of.mean_psnr_db, of.mean_ssim)) }
-                        td { (format!("{:.1} dB / {:.2}", of.worst_psnr_db, of.worst_ssim)) }
-                    }
-                }
+        (table("Of each view under its own lamps behind the real films", &["View", "Mean of all stacks", "Worst stack"], html! {
+            @for (view, of) in report.views.iter().zip(&built.views) {
                 tr {
-                    th scope="row" { "All" }
-                    td { (format!("{:.1} dB / {:.2}", built.mean_psnr_db(), built.mean_ssim())) }
-                    td { (format!("{:.1} dB / {:.2}", built.worst_psnr_db(), built.worst_ssim())) }
+                    th scope="row" { (view.id) }
+                    td { (format!("{:.1} dB / {:.2}", of.mean_psnr_db, of.mean_ssim)) }
+                    td { (format!("{:.1} dB / {:.2}", of.worst_psnr_db, of.worst_ssim)) }
                 }
             }
-        } }
+            tr {
+                th scope="row" { "All" }
+                td { (format!("{:.1} dB / {:.2}", built.mean_psnr_db(), built.mean_ssim())) }
+                td { (format!("{:.1} dB / {:.2}", built.worst_psnr_db(), built.worst_ssim())) }
+            }
+        }))
     }
 }
 
