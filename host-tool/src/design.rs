@@ -21,6 +21,7 @@ mod product;
 mod request;
 mod result;
 mod scale;
+mod stop;
 mod structure;
 
 pub use adapt::{Adapted, adapt};
@@ -36,21 +37,26 @@ pub use request::{
     DesignError, DesignRequest, DesignSettings, Method, OpticsModel, Progress, Tone, ViewRequest,
 };
 pub use result::{Design, SharedPair, ViewDesign};
+pub use stop::Stop;
 
 /// Designs the volume and the lamp pairs that the request asks for; `report` is told how far it is.
 ///
 /// # Errors
-/// When the request cannot be met as it stands, with the field and the remedy.
+/// When the request cannot be met as it stands, with the field and the remedy, and when it is asked to stop.
 pub fn design(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Result<Design, DesignError> {
     request.check()?;
     let mut volume = match request.settings.method {
         Method::Product => product(request, report),
         Method::LeastSquares => joint::solve(request, report),
     };
+    request.go_on()?;
     if let Some(levels) = request.settings.levels {
         halftone::halftone(request, &mut volume, levels, report);
     }
     volume.quantise(request.settings.ink_depth);
-    report(Progress { stage: "measuring the views", done: 0, total: 1, quality_db: None });
-    Ok(Design::of(request, volume))
+    request.go_on()?;
+    report(Progress::at("measuring the views", 0, 1));
+    let design = Design::of(request, volume);
+    request.go_on()?;
+    Ok(design)
 }

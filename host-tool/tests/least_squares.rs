@@ -4,7 +4,7 @@ mod common;
 
 use common::{FOUR, THREE, request};
 use vitrine::design::{
-    Design, DesignRequest, DesignSettings, Method, OpticsModel, SEED, Tone, as_built, design,
+    Design, DesignError, DesignRequest, DesignSettings, Method, OpticsModel, SEED, Tone, as_built, design,
 };
 use vitrine::projection::ViewerDistance;
 
@@ -80,6 +80,37 @@ fn reckoning_with_misplaced_films_pays_when_they_are() {
     println!("robust {robust:?}\ncareless {careless:?}");
     assert!(robust.mean_ssim() > careless.mean_ssim() + 0.02);
     assert!(robust.mean_psnr_db() > careless.mean_psnr_db() + 0.3);
+}
+
+#[test]
+fn a_design_tells_what_it_gains_and_stops_when_nothing_is() {
+    let mut request = request(&THREE, 64, ideal(Tone::Code));
+    request.settings.iterations = 100_000;
+    let mut told = Vec::new();
+    design(&request, &mut |progress| told.push(progress)).expect("a design");
+    for stage in ["solving red", "solving green", "solving blue"] {
+        let gains: Vec<f64> =
+            told.iter().filter(|told| told.stage == stage).filter_map(|told| told.gained_db).collect();
+        let (first, last) = (gains[0], gains[gains.len() - 1]);
+        assert!(last < first && last <= request.settings.tolerance_db, "{stage}: {gains:?}");
+    }
+}
+
+#[test]
+fn a_design_that_is_asked_to_stop_does_so_at_once() {
+    for (views, tone) in [(&THREE[..], Tone::Code), (&FOUR[..], Tone::Linear)] {
+        let request = request(views, 48, ideal(tone));
+        let mut told_after = None;
+        let stopped = design(&request, &mut |progress| {
+            told_after = told_after.map(|told| told + 1);
+            if progress.stage == "solving green" && told_after.is_none() {
+                request.stop.ask();
+                told_after = Some(0);
+            }
+        });
+        assert_eq!(stopped.unwrap_err(), DesignError::Stopped);
+        assert_eq!(told_after, Some(0));
+    }
 }
 
 #[test]

@@ -23,5 +23,5 @@ pub use look::{Look, LookRequest, look, look_png};
 pub use manifest::{FORMAT, LAYOUT, Manifest};
 pub use read::{BuildFolder, Films, OpenError};
 pub use report::{Figures, Report, ViewReport};
-pub use whole::{Interrupt, WholeFolder, clean_up_on_interrupt, write_file};
+pub use whole::{INTERRUPTED, Interrupt, WholeFolder, clean_up_on_interrupt, write_file};
 pub use write::{Beside, BuildError, check_place, write};

@@ -6,7 +6,6 @@
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::TempDir;
@@ -15,13 +14,13 @@ use tempfile::TempDir;
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// The exit code of a process that an interrupt has ended: 128 plus the number of SIGINT, as shells have it.
-const INTERRUPTED: i32 = 130;
+pub const INTERRUPTED: u8 = 130;
 
 /// How often a folder is removed in which another thread may still begin files.
 const REMOVALS: usize = 1000;
 
-/// Who waits for an interrupt in place of being ended by it.
-static WAITING: Mutex<Option<Sender<()>>> = Mutex::new(None);
+/// What the next interrupt does in place of ending the process.
+static INSTEAD: Mutex<Option<Box<dyn FnOnce() + Send>>> = Mutex::new(None);
 
 /// Takes unfinished folders away when the process is interrupted, and ends it.
 ///
@@ -29,9 +28,9 @@ static WAITING: Mutex<Option<Sender<()>>> = Mutex::new(None);
 /// Fails when the signal handler cannot be installed, or has been already.
 pub fn clean_up_on_interrupt() -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(|| {
-        let waiting = WAITING.lock().unwrap_or_else(PoisonError::into_inner).take();
-        if waiting.is_some_and(|waiting| waiting.send(()).is_ok()) {
-            return;
+        let action = instead().take();
+        if let Some(action) = action {
+            return action();
         }
         // The lock is held until the process ends: no folder is put in its place after this.
         let unfinished = unfinished();
@@ -43,27 +42,30 @@ pub fn clean_up_on_interrupt() -> Result<(), ctrlc::Error> {
                 }
             }
         }
-        std::process::exit(INTERRUPTED);
+        std::process::exit(INTERRUPTED.into());
     })
 }
 
-/// The next interrupt, which does not end the process but is waited for.
+/// As long as this is kept, the next interrupt does something else than end the process; a second one ends it.
 #[derive(Debug)]
-pub struct Interrupt(Receiver<()>);
+pub struct Interrupt(());
 
 impl Interrupt {
-    /// Expects an interrupt from now on; a second one ends the process.
-    pub fn expect() -> Self {
-        let (sender, receiver) = channel();
-        *WAITING.lock().unwrap_or_else(PoisonError::into_inner) = Some(sender);
-        Self(receiver)
+    /// Lets the next interrupt do `action`.
+    pub fn does(action: impl FnOnce() + Send + 'static) -> Self {
+        *instead() = Some(Box::new(action));
+        Self(())
     }
+}
 
-    /// Waits until it comes, or returns at once when it has come.
-    pub fn wait(self) {
-        // The sender is kept until it sends.
-        let _ = self.0.recv();
+impl Drop for Interrupt {
+    fn drop(&mut self) {
+        *instead() = None;
     }
+}
+
+fn instead() -> MutexGuard<'static, Option<Box<dyn FnOnce() + Send>>> {
+    INSTEAD.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {

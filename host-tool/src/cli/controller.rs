@@ -1,6 +1,7 @@
 //! `vitrine controller`: the controller, simulated on this computer.
 
 use std::path::PathBuf;
+use std::sync::mpsc::channel;
 
 use clap::Args;
 use miette::{Diagnostic, Report};
@@ -59,7 +60,10 @@ impl Controller {
             controller.set_walk(Walk::back_and_forth());
         }
         // Whoever reads the address may interrupt at once.
-        let interrupt = Interrupt::expect();
+        let (ending, ends) = channel();
+        let _interrupt = Interrupt::does(move || {
+            let _ = ending.send(());
+        });
         let mut served = serve(controller, place, Pace::RealTime)?;
         if let Err(error) = served.announce() {
             output.error(&ControllerFailure::Announce(error).into());
@@ -67,7 +71,8 @@ impl Controller {
         let address = format!("tcp:{}", served.address());
         output.result(&serde_json::json!({ "listening": address }), || address.clone());
         output.note("listening; Ctrl-C ends it");
-        interrupt.wait();
+        // The sender is kept until it sends.
+        let _ = ends.recv();
         drop(served);
         Ok(())
     }

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use miette::{Diagnostic, Report};
 use thiserror::Error;
-use vitrine::build_folder::{self, Beside};
+use vitrine::build_folder::{self, Beside, Interrupt};
 use vitrine::config;
 use vitrine::design::{
-    self, DesignError, HandErrors, SEED, STACKS, adapt, built_by_hand, predicted_memory_mib,
+    self, DesignError, HandErrors, SEED, STACKS, Stop, adapt, built_by_hand, predicted_memory_mib,
 };
 use vitrine::optics::LampPair;
 use vitrine::picture::PictureError;
@@ -29,7 +29,8 @@ Examples:
 --as-built looks at 16 random stacks, always the same: films misplaced as [design] misplacement_um says, gaps off by a
 twentieth of spacer_mm, viewers astray by 1 degree and by a tenth of their distance (all standard deviations).
 
-The folder is written whole or not at all; a build that is there already is replaced, anything else is not.")]
+The folder is written whole or not at all; a build that is there already is replaced, anything else is not. Ctrl-C
+stops the optimiser within an iteration and writes nothing; the exit code is 130.")]
 pub(super) struct Design {
     /// The exhibit.
     exhibit: PathBuf,
@@ -63,6 +64,25 @@ pub(super) enum DesignFailure {
         )
     )]
     Memory { needed_mib: u64, allowed_mib: u32 },
+    #[error("stopped by an interrupt; nothing was written")]
+    #[diagnostic(code("vitrine::design::stopped"))]
+    Stopped,
+}
+
+/// Does `work` for the exhibit.toml at `path`; the next interrupt asks it to stop.
+pub(super) fn stoppable<T>(
+    path: &Path,
+    stop: &Stop,
+    work: impl FnOnce() -> Result<T, DesignError>,
+) -> Result<T, DesignFailure> {
+    let asked = stop.clone();
+    let interrupt = Interrupt::does(move || asked.ask());
+    let done = work();
+    drop(interrupt);
+    if stop.is_asked() {
+        return Err(DesignFailure::Stopped);
+    }
+    done.map_err(|source| DesignFailure::Impossible { path: path.to_owned(), source })
 }
 
 impl Design {
@@ -104,7 +124,6 @@ pub(super) fn design_exhibit(
     if let Some(iterations) = effort.iterations {
         request.settings.iterations = iterations;
     }
-    let fail = |source| DesignFailure::Impossible { path: path.to_owned(), source };
     let needed_mib = predicted_memory_mib(&request).ceil() as u64;
     match exhibit.design.memory_mib {
         Some(allowed_mib) if u64::from(allowed_mib) < needed_mib => {
@@ -113,25 +132,20 @@ pub(super) fn design_exhibit(
         _ => output.note(&format!("needs at most about {needed_mib} MiB of memory")),
     }
     let progress = &mut Progress::new(output.is_json());
-    let adapted = match exhibit.design.adapt {
-        true => Some(
-            adapt(&request, exhibit.design.adapt_similarity, &mut |step| progress.report(step))
-                .map_err(fail)?,
-        ),
-        false => None,
-    };
+    let similarity = exhibit.design.adapt.then_some(exhibit.design.adapt_similarity);
+    let (adapted, designed) = stoppable(path, &request.stop, || {
+        let report = &mut |step| progress.report(step);
+        let adapted = similarity.map(|similarity| adapt(&request, similarity, report)).transpose()?;
+        let wanted = adapted.as_ref().map_or(&request, |adapted| &adapted.request);
+        let designed = design::design(wanted, report)?;
+        Ok((adapted, designed))
+    })?;
     let (wanted, given) = match &adapted {
         Some(adapted) => (&adapted.request, Some(&request)),
         None => (&request, None),
     };
-    let designed = design::design(wanted, &mut |step| progress.report(step)).map_err(fail)?;
     let as_built = effort.as_built.then(|| {
-        progress.report(design::Progress {
-            stage: "looking at random stacks",
-            done: 0,
-            total: STACKS,
-            quality_db: None,
-        });
+        progress.report(design::Progress::at("looking at random stacks", 0, STACKS));
         let pairs: Vec<LampPair> = designed.views.iter().map(|view| view.emphasis).collect();
         let errors = HandErrors::expected(wanted);
         built_by_hand(wanted, &designed.volume, &pairs, errors, STACKS, SEED)

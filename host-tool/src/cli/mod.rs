@@ -47,7 +47,7 @@ Examples:
   vitrine design my-exhibit/exhibit.toml -o build
   vitrine upload build --to /dev/ttyACM0
 
-Exit codes: 0 done, 1 failed (a wrong exhibit.toml too), 2 wrong usage of the command line.";
+Exit codes: 0 done, 1 failed (a wrong exhibit.toml too), 2 wrong usage of the command line, 130 interrupted.";
 
 #[derive(Subcommand)]
 enum Command {
@@ -85,8 +85,15 @@ pub(crate) fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(report) => {
             output.error(&report);
-            ExitCode::from(1)
+            exit_code(&report)
         }
+    }
+}
+
+fn exit_code(report: &Report) -> ExitCode {
+    match report.downcast_ref() {
+        Some(design::DesignFailure::Stopped) => ExitCode::from(vitrine::build_folder::INTERRUPTED),
+        _ => ExitCode::from(1),
     }
 }
 

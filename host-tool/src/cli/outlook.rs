@@ -8,7 +8,7 @@ use vitrine::config::Exhibit;
 use vitrine::design::{Advice, FrontierPoint, Prediction, advise, frontier, predict};
 use vitrine::volume::InkDepth;
 
-use super::design::DesignFailure;
+use super::design::{DesignFailure, stoppable};
 use super::frontier::draw;
 use super::progress::Progress;
 
@@ -31,17 +31,18 @@ impl Outlook {
     ) -> Result<Self, Report> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let request = exhibit.design_request(folder, InkDepth::Eight).map_err(DesignFailure::from)?;
-        let fail = |source| DesignFailure::Impossible { path: path.to_owned(), source };
-        let points = match drawing {
-            Some(drawing) => {
-                let points = frontier(&request, &mut |step| progress.report(step)).map_err(fail)?;
-                draw(&points, drawing)?;
-                Some(points)
-            }
-            None => None,
-        };
-        let prediction = predict(&request).map_err(fail)?;
-        Ok(Self { prediction, advice: advise(&request).map_err(fail)?, frontier: points })
+        let outlook = stoppable(path, &request.stop, || {
+            let points = drawing.map(|_| frontier(&request, &mut |step| progress.report(step)));
+            Ok(Self {
+                frontier: points.transpose()?,
+                prediction: predict(&request)?,
+                advice: advise(&request)?,
+            })
+        })?;
+        if let (Some(points), Some(drawing)) = (&outlook.frontier, drawing) {
+            draw(points, drawing)?;
+        }
+        Ok(outlook)
     }
 
     /// The outlook as lines to read.

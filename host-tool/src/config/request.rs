@@ -5,7 +5,7 @@ use std::path::Path;
 use vitrine_exhibit::units::Lamp;
 
 use super::exhibit::{Exhibit, FrameSetting, LampSetting, MethodSetting, OpticsSetting, ToneSetting};
-use crate::design::{DesignRequest, DesignSettings, Method, OpticsModel, Tone, ViewRequest, lifted};
+use crate::design::{DesignRequest, DesignSettings, Method, OpticsModel, Stop, Tone, ViewRequest, lifted};
 use crate::optics::Direction;
 use crate::picture::{Picture, PictureError};
 use crate::projection::ViewerDistance;
@@ -79,6 +79,7 @@ impl Exhibit {
             distance: self.viewer_distance(),
             views,
             settings: self.settings(ink_depth),
+            stop: Stop::default(),
         })
     }
 

@@ -69,8 +69,8 @@ pub fn adapt(
     let mut offsets = Vec::new();
     for round in 0..ROUNDS {
         let designed = design(&small, &mut |_| ())?;
-        let quality_db = Some(designed.mean_psnr_db());
-        report(Progress { stage: "adapting the pictures", done: round, total: ROUNDS, quality_db });
+        let progress = Progress::at("adapting the pictures", round, ROUNDS);
+        report(progress.reaching(designed.mean_psnr_db()));
         offsets = (0..given.views.len())
             .map(|view| {
                 let mut wanted = designed.views[view].shown.clone();
@@ -196,7 +196,7 @@ impl Gaussian {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::{DesignSettings, OpticsModel, Tone, ViewRequest};
+    use crate::design::{DesignSettings, OpticsModel, Stop, Tone, ViewRequest};
     use crate::optics::Direction;
     use crate::projection::ViewerDistance;
     use crate::stack::Stack;
@@ -222,6 +222,7 @@ mod tests {
                 iterations: 40,
                 ..DesignSettings::default()
             },
+            stop: Stop::default(),
         }
     }
 

@@ -266,6 +266,7 @@ mod tests {
             distance: ViewerDistance::Millimetres(600.0),
             views: Vec::new(),
             settings: super::super::DesignSettings::default(),
+            stop: super::super::Stop::default(),
         };
         let expected = HandErrors::expected(&request);
         assert_eq!(expected.spacing_um, 25.0);

@@ -275,7 +275,7 @@ fn variance(picture: &Picture) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::{DesignSettings, OpticsModel, Tone, ViewRequest};
+    use crate::design::{DesignSettings, OpticsModel, Stop, Tone, ViewRequest};
     use crate::optics::Direction;
     use crate::projection::ViewerDistance;
 
@@ -302,6 +302,7 @@ mod tests {
                 tone: Tone::Code,
                 ..DesignSettings::default()
             },
+            stop: Stop::default(),
         }
     }
 

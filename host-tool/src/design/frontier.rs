@@ -58,8 +58,7 @@ pub fn frontier(
             wanted.settings.brightness = brightness;
             let point = point(&wanted, pedestal)?;
             points.push(point);
-            let quality_db = Some(point.psnr_db);
-            report(Progress { stage: "drawing the frontier", done: points.len(), total, quality_db });
+            report(Progress::at("drawing the frontier", points.len(), total).reaching(point.psnr_db));
         }
     }
     Ok(points)
@@ -85,7 +84,7 @@ fn point(request: &DesignRequest, pedestal: f64) -> Result<FrontierPoint, Design
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::{DesignSettings, Method, OpticsModel, Tone, ViewRequest};
+    use crate::design::{DesignSettings, Method, OpticsModel, Stop, Tone, ViewRequest};
     use crate::optics::Direction;
     use crate::picture::Picture;
     use crate::projection::ViewerDistance;
@@ -108,6 +107,7 @@ mod tests {
                 tone: Tone::Code,
                 ..DesignSettings::default()
             },
+            stop: Stop::default(),
         };
         let points = frontier(&request, &mut |_| ()).unwrap();
         assert_eq!(points.len(), PEDESTALS.len() * BRIGHTNESS.len());

@@ -43,7 +43,7 @@ pub(super) fn halftone(
         .enumerate()
         .map(|(channel, films)| Channel::new(request, &views, channel, films, levels).settle())
         .sum();
-    report(Progress { stage: "halftoning", done: settled, total: settled, quality_db: None });
+    report(Progress::at("halftoning", settled, settled));
 }
 
 /// A view as the design shows it before halftoning.
@@ -223,7 +223,7 @@ fn outside_in(films: usize) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::{DesignSettings, Tone, ViewRequest};
+    use crate::design::{DesignSettings, Stop, Tone, ViewRequest};
     use crate::measure::mean_square_error;
     use crate::optics::Direction;
     use crate::projection::ViewerDistance;
@@ -247,6 +247,7 @@ mod tests {
             distance: ViewerDistance::Parallel,
             views: views.collect(),
             settings: DesignSettings { optics: OpticsModel::Ideal, tone, ..DesignSettings::default() },
+            stop: Stop::default(),
         }
     }
 

@@ -46,12 +46,7 @@ pub(super) fn solve(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -
         state.volume =
             enlarged_volume(&state.volume, stage.request.stack.width_px, stage.request.stack.height_px);
         stage.alternate(&mut state, SETTLE_ROUNDS, SETTLE_ITERATIONS);
-        report(Progress {
-            stage: "settling lamps on small films",
-            done: pixels,
-            total: longer,
-            quality_db: Some(state.quality_db),
-        });
+        report(Progress::at("settling lamps on small films", pixels, longer).reaching(state.quality_db));
         pixels *= 2;
     }
     let State { volume, lighting, .. } = state;
@@ -126,12 +121,7 @@ impl Stage {
             states.par_iter_mut().for_each(|state| self.alternate(state, rounds, SEARCH_ITERATIONS));
             states.sort_by(|a, b| b.quality_db.total_cmp(&a.quality_db));
             states.truncate(kept);
-            report(Progress {
-                stage: "searching lamp pairs",
-                done: total,
-                total,
-                quality_db: Some(states[0].quality_db),
-            });
+            report(Progress::at("searching lamp pairs", total, total).reaching(states[0].quality_db));
         }
         states.swap_remove(0)
     }
@@ -140,6 +130,9 @@ impl Stage {
     fn alternate(&self, state: &mut State, rounds: usize, iterations: usize) {
         let effort = Effort { iterations, tolerance: 0.0 };
         for _ in 0..rounds {
+            if self.request.stop.is_asked() {
+                return;
+            }
             let problem = set_up(&self.request, &state.lighting);
             improve(&self.request, &problem, &self.targets, &mut state.volume, effort, &mut |_| ());
             self.light(state);

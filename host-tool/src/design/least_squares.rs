@@ -21,6 +21,7 @@ mod lines;
 mod together;
 
 use super::divergence::Divergence;
+use super::stop::Stop;
 use crate::projection::Rays;
 
 /// One view as the solver sees it.
@@ -47,6 +48,8 @@ pub(super) struct Problem {
     pub(super) structure: f32,
     pub(super) width: usize,
     pub(super) height: usize,
+    /// Asks the solver to stop.
+    pub(super) stop: Stop,
 }
 
 /// When to stop.
@@ -59,7 +62,7 @@ pub(super) struct Effort {
 }
 
 /// Iterations between two looks at whether anything is still gained.
-const PATIENCE: usize = 10;
+pub(super) const PATIENCE: usize = 10;
 
 /// The largest eigenvalue of the five-point Laplacian, by which the squared gradient bends.
 const LAPLACIAN: f32 = 8.0;
@@ -69,13 +72,13 @@ const LEAST_CURVATURE: f32 = 1e-3;
 
 impl Problem {
     /// Lowers the loss of one colour from where `volume` (film, row, column) is; `targets` are the views'
-    /// patterns (row, column). `watch` is told the iteration and the loss, and returns whether to go on.
+    /// patterns (row, column). `watch` is told the iteration and the loss of the errors alone.
     pub(super) fn solve(
         &self,
         targets: &[&[f32]],
         volume: &mut [f32],
         effort: Effort,
-        watch: &mut dyn FnMut(usize, f64) -> bool,
+        watch: &mut dyn FnMut(usize, f64),
     ) {
         if self.rows_are_apart() {
             apart::solve(self, targets, volume, effort, watch);

@@ -2,7 +2,7 @@
 //! film has to be.
 
 use super::divergence::Divergence;
-use super::least_squares::{Effort, Problem, SolverView};
+use super::least_squares::{Effort, PATIENCE, Problem, SolverView};
 use super::request::{DesignRequest, OpticsModel, Progress, Tone};
 use crate::optics::{LampPair, film_weights, ideal_weights};
 use crate::picture::Picture;
@@ -80,8 +80,19 @@ pub(super) fn set_up(request: &DesignRequest, lighting: &Lighting) -> Problem {
         None if rows_are_apart && settings.tone == Tone::Code => 0.0,
         None => settings.tone.structure(),
     } as f32;
-    Problem { views, smoothness, divergence, structure, width: stack.width_px, height: stack.height_px }
+    Problem {
+        views,
+        smoothness,
+        divergence,
+        structure,
+        width: stack.width_px,
+        height: stack.height_px,
+        stop: request.stop.clone(),
+    }
 }
+
+/// What is being done to each colour, in words.
+const STAGES: [&str; CHANNELS] = ["solving red", "solving green", "solving blue"];
 
 /// Lowers the loss of all colours from where `volume` is.
 pub(super) fn improve(
@@ -92,18 +103,23 @@ pub(super) fn improve(
     effort: Effort,
     report: &mut dyn FnMut(Progress),
 ) {
-    let weight: f64 = request.views.iter().map(|view| view.weight).sum();
-    let pixels = request.stack.film_len() as f64;
+    let weight: f32 = problem.views.iter().map(|view| view.weight).sum();
+    let full = f64::from(weight) * request.stack.film_len() as f64;
+    let decibels = |loss: f64| -10.0 * loss.max(1e-12).log10();
+    let mut losses = Vec::new();
     for channel in 0..CHANNELS {
         let targets: Vec<&[f32]> = targets.iter().map(|target| target.channel(channel)).collect();
+        losses.push(0.0);
+        let mut seen: Vec<(usize, f64)> = Vec::new();
         problem.solve(&targets, volume.channel_mut(channel), effort, &mut |iteration, loss| {
+            losses[channel] = loss / full;
+            seen.push((iteration, loss));
+            let earlier = seen.iter().rev().find(|(before, _)| iteration >= before + PATIENCE);
+            let mean = losses.iter().sum::<f64>() / losses.len() as f64;
             report(Progress {
-                stage: "solving",
-                done: channel * effort.iterations + iteration,
-                total: CHANNELS * effort.iterations,
-                quality_db: Some(-10.0 * (loss / (weight * pixels)).max(1e-12).log10()),
+                gained_db: earlier.map(|(_, earlier)| decibels(loss) - decibels(*earlier)),
+                ..Progress::at(STAGES[channel], iteration, effort.iterations).reaching(decibels(mean))
             });
-            true
         });
     }
 }

@@ -12,7 +12,7 @@ use crate::volume::Volume;
 /// The values are code values or light, as the request's tone says.
 pub fn product(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Volume {
     let stack = &request.stack;
-    report(Progress { stage: "multiplying the patterns", done: 0, total: 1, quality_db: None });
+    report(Progress::at("multiplying the patterns", 0, 1));
     let targets = request.targets();
     let rays: Vec<Rays> = (0..request.views.len()).map(|view| request.rays(view).traced_back()).collect();
     let mut volume = Volume::new(stack.films, stack.height_px, stack.width_px);
@@ -23,6 +23,6 @@ pub fn product(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Vol
             rays.multiply_film(film, target.channel(channel), plane);
         }
     });
-    report(Progress { stage: "multiplying the patterns", done: 1, total: 1, quality_db: None });
+    report(Progress::at("multiplying the patterns", 1, 1));
     volume
 }

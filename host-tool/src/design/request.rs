@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use vitrine_exhibit::units::Lamp;
 
+use super::stop::Stop;
 use crate::optics::{Direction, LampPair};
 use crate::picture::Picture;
 use crate::projection::{Rays, ViewerDistance};
@@ -86,6 +87,8 @@ pub struct DesignRequest {
     pub views: Vec<ViewRequest>,
     /// How to design.
     pub settings: DesignSettings,
+    /// Asks the design to stop.
+    pub stop: Stop,
 }
 
 /// Settings of the design; `Default` is what exhibit.toml leaves out.
@@ -149,9 +152,23 @@ pub struct Progress {
     pub total: usize,
     /// Mean quality of the views so far in dB, where it is known.
     pub quality_db: Option<f64>,
+    /// What the last ten iterations of the optimiser have gained of it in dB.
+    pub gained_db: Option<f64>,
 }
 
-/// Why a request cannot be met.
+impl Progress {
+    /// So many steps of a stage are done, and the quality is not known.
+    pub fn at(stage: &'static str, done: usize, total: usize) -> Self {
+        Self { stage, done, total, quality_db: None, gained_db: None }
+    }
+
+    /// As this, with the mean quality of the views.
+    pub fn reaching(self, quality_db: f64) -> Self {
+        Self { quality_db: Some(quality_db), ..self }
+    }
+}
+
+/// Why there is no design.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum DesignError {
     /// The stack is impossible.
@@ -199,6 +216,9 @@ pub enum DesignError {
         /// The values it may have, in words.
         allowed: &'static str,
     },
+    /// The request's [`Stop`] was asked.
+    #[error("the design was stopped")]
+    Stopped,
 }
 
 impl DesignRequest {
@@ -216,6 +236,11 @@ impl DesignRequest {
         }
         self.settings.check()?;
         check_distance(&stack, self.distance, || "[viewer]".into())
+    }
+
+    /// Ends what is done for this request, where it is asked to stop.
+    pub(super) fn go_on(&self) -> Result<(), DesignError> {
+        if self.stop.is_asked() { Err(DesignError::Stopped) } else { Ok(()) }
     }
 
     /// Returns the rays of the view of this index from its viewer's eye through the stack.

@@ -32,6 +32,7 @@ pub(super) fn reduced(request: &DesignRequest, side_px: usize) -> DesignRequest 
         distance: request.distance,
         views: views.collect(),
         settings: request.settings.clone(),
+        stop: request.stop.clone(),
     }
 }
 

@@ -172,3 +172,26 @@ fn an_interrupt_leaves_a_whole_build_or_none() {
         other => panic!("ended with {other:?}"),
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_stops_a_design_that_is_under_way() {
+    use std::io::{BufRead, BufReader};
+    let workshop = Workshop::new();
+    // It would go on for hours.
+    let endless = SMALL.replace("[64, 48]", "256").replace("films = 8", "films = 20");
+    let endless =
+        endless.replace("\"product\"", "\"least-squares\"\niterations = 100000\ntolerance_db = 1e-6");
+    workshop.write("exhibit.toml", endless);
+    let before = workshop.names();
+    let mut command = workshop.command(&["design", "exhibit.toml", "-o", "build"]);
+    let mut child = command.stderr(std::process::Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    assert!(lines.any(|line| line.starts_with("solving")));
+    let pid = child.id().to_string();
+    assert!(std::process::Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+    let said: Vec<String> = lines.collect();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{said:?}");
+    assert!(said.concat().contains("vitrine::design::stopped"), "{said:?}");
+    assert_eq!(workshop.names(), before);
+}

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use vitrine::design::{DesignRequest, DesignSettings, ViewRequest};
+use vitrine::design::{DesignRequest, DesignSettings, Stop, ViewRequest};
 use vitrine::optics::Direction;
 use vitrine::picture::Picture;
 use vitrine::projection::ViewerDistance;
@@ -24,6 +24,7 @@ pub(crate) fn request(views: &[(&str, f64, f64)], pixels: usize, settings: Desig
         distance: ViewerDistance::Parallel,
         views: views.collect(),
         settings,
+        stop: Stop::default(),
     }
 }
 

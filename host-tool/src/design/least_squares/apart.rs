@@ -25,7 +25,7 @@ pub(super) fn solve(
     targets: &[&[f32]],
     volume: &mut [f32],
     effort: Effort,
-    watch: &mut dyn FnMut(usize, f64) -> bool,
+    watch: &mut dyn FnMut(usize, f64),
 ) {
     let line = problem.films() * problem.width;
     let mut ahead = by_row(volume, problem);
@@ -39,7 +39,7 @@ pub(super) fn solve(
         rows.with_min_len(4).for_each_init(
             || Row::new(problem, targets, &film_steps),
             |work, (row, ((now, ahead), state))| {
-                if state.gains {
+                if state.gains && !problem.stop.is_asked() {
                     vectorised(
                         #[inline(always)]
                         || work.improve(row, now, ahead, state, iterations, TOLERANCE * effort.tolerance),
@@ -48,7 +48,11 @@ pub(super) fn solve(
             },
         );
         let loss: f64 = states.iter().map(|state| state.loss).sum();
-        if !watch(done, loss) || states.iter().all(|state| !state.gains) {
+        if problem.stop.is_asked() {
+            break;
+        }
+        watch(done, loss);
+        if states.iter().all(|state| !state.gains) {
             break;
         }
         done += iterations;

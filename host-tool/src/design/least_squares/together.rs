@@ -20,16 +20,18 @@ pub(super) fn solve(
     targets: &[&[f32]],
     volume: &mut [f32],
     effort: Effort,
-    watch: &mut dyn FnMut(usize, f64) -> bool,
+    watch: &mut dyn FnMut(usize, f64),
 ) {
     let mut work = Work::new(problem, targets, volume);
     let mut pace = Pace::START;
     let mut last_loss = f64::INFINITY;
     for iteration in 0..effort.iterations {
-        let loss = work.look();
-        if !watch(iteration, loss) {
+        let Loss { errors, structure } = work.look();
+        let loss = errors + structure;
+        if problem.stop.is_asked() {
             break;
         }
+        watch(iteration, errors);
         if iteration % PATIENCE == 0 {
             if last_loss - loss < effort.tolerance * loss {
                 break;
@@ -42,6 +44,12 @@ pub(super) fn solve(
     }
     let mut ahead = work.ahead;
     by_film(volume, &mut ahead, problem);
+}
+
+/// What is lost to errors themselves, and to their structure.
+struct Loss {
+    errors: f64,
+    structure: f64,
 }
 
 /// One colour as it is worked on; films are row, film, column.
@@ -84,8 +92,8 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Looks at the films from all views and answers; returns the loss.
-    fn look(&mut self) -> f64 {
+    /// Looks at the films from all views and answers.
+    fn look(&mut self) -> Loss {
         let (problem, targets, films) = (self.problem, self.targets, &self.ahead);
         let chunk_count = problem.height.div_ceil(ROWS_AT_ONCE);
         let mut chunks: Vec<Vec<Answers>> = (0..chunk_count).map(|_| Vec::new()).collect();
@@ -109,7 +117,7 @@ impl<'a> Work<'a> {
         let structure: f64 = views
             .map(|(answer, view)| f64::from(view.weight) * answer.finish(problem.width, scratch.as_mut()))
             .sum();
-        losses.iter().sum::<f64>() + structure
+        Loss { errors: losses.iter().sum(), structure }
     }
 
     /// Takes one step from `ahead`, so that `now` is there, and looks ahead again; returns how much the step turned back.
@@ -177,6 +185,9 @@ fn look_at_rows(
     answers: &mut [Answers],
     scratch: &mut [f32],
 ) -> f64 {
+    if problem.stop.is_asked() {
+        return 0.0;
+    }
     let width = problem.width;
     let rows = answers.first().map_or(0, |answers| answers.slopes.len() / width);
     // Row by row, so that the films' row is looked at from all views while it is at hand.
@@ -257,6 +268,9 @@ impl Rows<'_> {
         let (width, films) = (self.problem.width, self.problem.films());
         let last = now.len() / (films * width) - 1;
         let mut overshoot = 0.0;
+        if self.problem.stop.is_asked() {
+            return overshoot;
+        }
         for row in 0..=last {
             for film in 0..films {
                 let start = (row * films + film) * width;
