@@ -43,6 +43,7 @@
 extern crate std;
 
 mod fingerprint;
+pub mod firmware;
 pub mod frame;
 pub mod message;
 pub mod plan_file;

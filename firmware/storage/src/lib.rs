@@ -24,6 +24,7 @@ mod ledger;
 mod log;
 pub mod map;
 #[cfg(any(test, feature = "mock"))]
+#[allow(clippy::indexing_slicing, reason = "only tests use it, and they may panic")]
 pub mod mock;
 mod ring;
 mod slots;

@@ -1,0 +1,8 @@
+//! Behaviour of updates, above all when the power goes.
+
+mod bench;
+mod cuts;
+mod images;
+mod keys;
+mod trial;
+mod updates;
