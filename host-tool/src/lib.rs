@@ -2,10 +2,12 @@
 #![forbid(unsafe_code)]
 
 pub mod build_folder;
+pub mod chart;
 pub mod config;
 pub mod controller;
 pub mod demo;
 pub mod design;
+pub mod ink;
 pub mod link;
 pub mod measure;
 pub mod optics;

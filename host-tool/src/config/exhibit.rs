@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use super::ink::InkSettings;
+
 /// Everything exhibit.toml says about one exhibit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Exhibit {
@@ -193,6 +195,8 @@ pub struct PrintSettings {
     pub marks: bool,
     /// The sheet to print on.
     pub paper: String,
+    /// How film values become ink.
+    pub ink: InkSettings,
 }
 
 /// The two lamps.

@@ -7,6 +7,7 @@ mod calendar;
 mod contradictions;
 mod exhibit;
 mod hold;
+mod ink;
 mod load;
 mod plan;
 mod problem;
@@ -22,6 +23,7 @@ pub use exhibit::{
     ViewSettings, ViewerSettings,
 };
 pub use hold::Hold;
+pub use ink::{GamutSetting, HalftoneSetting, InkSettings};
 pub use load::{load, parse};
 pub use plan::{PlanPairs, emphasis};
 pub use problem::{ConfigError, Problem};

@@ -13,6 +13,7 @@ use super::exhibit::{
     BelowFloorSetting, DesignSettings, FrameSetting, LampSetting, LampSettings, LimitSettings, MethodSetting,
     OpticsSetting, PrintSettings, StackSettings, ToneSetting, ViewSettings, ViewerSettings,
 };
+use super::ink;
 use super::problem::Problem;
 use super::reader::{Bounds, TableReader, as_number, as_whole};
 use crate::picture::Picture;
@@ -392,6 +393,7 @@ pub(super) fn print(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) ->
         levels: levels(&mut reader),
         marks: reader.truth("marks", true),
         paper: paper.unwrap_or("A4").to_owned(),
+        ink: ink::ink(&mut reader),
     };
     reader.finish(problems);
     settings

@@ -1,0 +1,139 @@
+use super::*;
+use crate::ink::{Dots, Inks, Separator, YIELDS};
+use proptest::prelude::*;
+
+const BOTH: [Halftone; 2] = [Halftone::BlueNoise, Halftone::ErrorDiffusion];
+
+/// Lays an area of equal coverages out: levels of each ink, row by row.
+fn area(screens: &Screens, film: usize, width: usize, rows: usize, coverages: [f32; 3]) -> [Vec<u8>; 3] {
+    let mut screen = screens.film(film, width);
+    let given = coverages.map(|coverage| vec![coverage; width]);
+    let mut planes = [0, 1, 2].map(|_| vec![0; width * rows]);
+    for row in 0..rows {
+        let [red, green, blue] = &mut planes;
+        let place = row * width..(row + 1) * width;
+        screen.row(
+            row,
+            [&given[0], &given[1], &given[2]],
+            [&mut red[place.clone()], &mut green[place.clone()], &mut blue[place]],
+        );
+    }
+    planes
+}
+
+fn mean(plane: &[u8], top: u8) -> f64 {
+    plane.iter().map(|&level| f64::from(level)).sum::<f64>() / f64::from(top) / plane.len() as f64
+}
+
+/// Coverages whose sum is at most 1.
+fn coverages() -> impl Strategy<Value = [f32; 3]> {
+    ([0.0_f32..=1.0, 0.0..=1.0, 0.0..=1.0], 0.0_f32..=1.0).prop_map(|(parts, sum)| {
+        let all: f32 = parts.iter().sum::<f32>().max(1e-6);
+        parts.map(|part| part / all * sum)
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+    #[test]
+    fn no_dot_carries_two_inks_and_the_mean_is_the_coverage(
+        coverages in coverages(),
+        levels in prop_oneof![Just(2_u16), Just(3), Just(4), Just(16), Just(256)],
+        film in 0_usize..40,
+    ) {
+        for halftone in BOTH {
+            let screens = Screens::new(halftone, levels, 1.0);
+            let planes = area(&screens, film, 64, 64, coverages);
+            for ((red, green), blue) in planes[0].iter().zip(&planes[1]).zip(&planes[2]) {
+                prop_assert!([red, green, blue].into_iter().filter(|&&level| level > 0).count() <= 1);
+                prop_assert!(*red.max(green).max(blue) <= screens.top());
+            }
+            // A mask is 4096 thresholds; error diffusion still holds the last row's errors.
+            let tolerance = if halftone == Halftone::BlueNoise { 1.5 / 4096.0 } else { 0.03 };
+            for (plane, coverage) in planes.iter().zip(coverages) {
+                let mean = mean(plane, screens.top());
+                prop_assert!((mean - f64::from(coverage)).abs() < tolerance, "{halftone:?} {mean} {coverage}");
+            }
+        }
+    }
+
+    #[test]
+    fn white_stays_white_in_dots(value in 0.0_f32..=1.0, levels in prop_oneof![Just(2_u16), Just(4)]) {
+        let dots = if levels == 2 { Dots::Binary } else { Dots::Levels(levels) };
+        let (coverages, _) = Separator::new(&Inks { dots, ..Inks::default() }).spot([value; 3]);
+        let screens = Screens::new(Halftone::BlueNoise, levels, 1.0);
+        let planes = area(&screens, 3, 64, 64, coverages);
+        let light = [0, 1, 2].map(|ink| mean(&planes[ink], screens.top()) * YIELDS[ink]);
+        for pair in [(light[0], light[1]), (light[1], light[2])] {
+            prop_assert!((pair.0 - pair.1).abs() < 2.0 / 4096.0, "{light:?}");
+        }
+    }
+}
+
+/// Variance of what the films' dots add up to where film k is moved by k times `drift` dots, as a viewer at an angle
+/// sees them, over means of 2 x 2 dots.
+fn unrest(films: &[Vec<u8>], side: usize, drift: usize) -> f64 {
+    let mut sum = vec![0.0; side * side];
+    for (film, dots) in films.iter().enumerate() {
+        for (at, sum) in sum.iter_mut().enumerate() {
+            let column = (at % side + film * drift) % side;
+            *sum += f64::from(dots[at / side * side + column]);
+        }
+    }
+    let block = |at: usize| {
+        let (row, column) = (at / (side / 2) * 2, at % (side / 2) * 2);
+        [0, 1, side, side + 1].iter().map(|offset| sum[row * side + column + offset]).sum::<f64>() / 4.0
+    };
+    let blocks: Vec<f64> = (0..side * side / 4).map(block).collect();
+    let mean = blocks.iter().sum::<f64>() / blocks.len() as f64;
+    blocks.iter().map(|block| (block - mean).powi(2)).sum::<f64>() / blocks.len() as f64
+}
+
+#[test]
+fn films_do_not_swim_against_each_other() {
+    const SIDE: usize = 128;
+    const FILMS: usize = 12;
+    for halftone in BOTH {
+        for coverage in [0.1, 0.35] {
+            let screens = Screens::new(halftone, 2, 1.0);
+            let dots =
+                |film| area(&screens, film, SIDE, SIDE, [0.0, coverage, 0.0]).into_iter().nth(1).unwrap();
+            let own: Vec<Vec<u8>> = (0..FILMS).map(dots).collect();
+            let same = vec![dots(0); FILMS];
+            let own: Vec<f64> = (0..4).map(|drift| unrest(&own, SIDE, drift)).collect();
+            let same: Vec<f64> = (0..4).map(|drift| unrest(&same, SIDE, drift)).collect();
+            // Alike, the films' variances add up in step: FILMS times as much.
+            assert!(own[0] < 2.0 / FILMS as f64 * same[0], "{halftone:?}: {} against {}", own[0], same[0]);
+            let swing = |unrest: &[f64]| {
+                unrest.iter().copied().fold(0.0, f64::max) / unrest.iter().copied().fold(f64::MAX, f64::min)
+            };
+            assert!(swing(&own) < 2.0 && swing(&same) > 4.0, "{halftone:?}: {own:?} against {same:?}");
+        }
+    }
+}
+
+#[test]
+fn rows_of_blue_noise_are_the_same_in_any_order() {
+    let screens = Screens::new(Halftone::BlueNoise, 2, 4.0);
+    let whole = area(&screens, 5, 100, 70, [0.2, 0.3, 0.1]);
+    let given = [[0.2; 100], [0.3; 100], [0.1; 100]];
+    let mut row = [[0; 100]; 3];
+    let [red, green, blue] = &mut row;
+    screens.film(5, 100).row(69, [&given[0], &given[1], &given[2]], [red, green, blue]);
+    for (plane, row) in whole.iter().zip(&row) {
+        assert_eq!(&plane[69 * 100..], row);
+    }
+}
+
+#[test]
+fn nothing_and_everything_are_laid_out_whole() {
+    for halftone in BOTH {
+        for levels in [2, 4] {
+            let screens = Screens::new(halftone, levels, 1.0);
+            assert!(area(&screens, 1, 70, 10, [0.0; 3]).iter().flatten().all(|&level| level == 0));
+            assert!(
+                area(&screens, 1, 70, 10, [0.0, 1.0, 0.0])[1].iter().all(|&level| level == screens.top())
+            );
+        }
+    }
+}
