@@ -9,6 +9,7 @@ pub mod demo;
 pub mod design;
 pub mod ink;
 pub mod link;
+pub mod material;
 pub mod measure;
 pub mod optics;
 pub mod picture;

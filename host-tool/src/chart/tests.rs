@@ -8,7 +8,7 @@ fn chart() -> Chart {
         x_mm: 20.0 + 10.0 * (index % 9) as f64,
         y_mm: 20.0 + 10.0 * (index / 9) as f64,
         size_mm: 6.0,
-        shape: if index % 2 == 0 { Shape::Square } else { Shape::Disc },
+        shape: if index.is_multiple_of(2) { Shape::Square } else { Shape::Disc },
         coverages: [[0.8, 0.0, 0.0], [0.0, 0.9, 0.0], [0.0, 0.0, 0.5], [0.0; 3]][index % 4],
     };
     Chart { width_mm: 120.0, height_mm: 100.0, patches: (0..63).map(patch).collect() }

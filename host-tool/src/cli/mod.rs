@@ -1,5 +1,6 @@
 //! The commands: one file each, data on stdout, everything else on stderr.
 
+mod calibrate;
 mod check;
 mod clock;
 mod connect;
@@ -10,6 +11,7 @@ mod devices;
 mod frontier;
 mod live;
 mod log;
+mod materials;
 mod new;
 mod outlook;
 mod output;
@@ -56,6 +58,8 @@ enum Command {
     Check(check::Check),
     Design(design::Design),
     View(view::View),
+    Calibrate(calibrate::Calibrate),
+    Materials(materials::Materials),
     Devices(devices::Devices),
     Upload(upload::Upload),
     Status(status::Status),
@@ -104,6 +108,8 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
         Command::Check(command) => command.run(output),
         Command::Design(command) => command.run(output),
         Command::View(command) => command.run(output),
+        Command::Calibrate(command) => command.run(output),
+        Command::Materials(command) => command.run(output),
         Command::Devices(command) => command.run(output),
         Command::Upload(command) => command.run(output),
         Command::Status(command) => command.run(output),

@@ -9,6 +9,7 @@ mod exhibit;
 mod hold;
 mod ink;
 mod load;
+mod materials;
 mod plan;
 mod problem;
 mod reader;

@@ -13,9 +13,9 @@ use super::exhibit::{
     BelowFloorSetting, DesignSettings, FrameSetting, LampSetting, LampSettings, LimitSettings, MethodSetting,
     OpticsSetting, PrintSettings, StackSettings, ToneSetting, ViewSettings, ViewerSettings,
 };
-use super::ink;
 use super::problem::Problem;
 use super::reader::{Bounds, TableReader, as_number, as_whole};
+use super::{ink, materials};
 use crate::picture::Picture;
 
 /// The most values a volume may have, per colour: 2 GiB as 16-bit RGB.
@@ -56,17 +56,25 @@ pub(super) fn exhibit(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) 
 pub(super) fn stack(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> StackSettings {
     let films = reader.whole("films", 20, bounds(1.0, 200.0, "the paper's stack has 20"));
     let pixels = pixels(&mut reader);
+    let (film, spacer) = materials::materials(&mut reader);
+    let spacer_mm = reader.number("spacer_mm", 0.5, bounds(0.0, 100.0, "the paper's spacer is 0.5 mm thick"));
+    let layer = spacer.on_film(film, spacer_mm);
+    let index = bounds(1.0, 2.5, "1.0 is air between the films, 1.49 acrylic");
     let stack = StackSettings {
         films,
         width_mm: reader.number("width_mm", 35.0, bounds(1.0, 2000.0, "the paper's film is 35 mm wide")),
         pixels,
-        film_mm: reader.number("film_mm", 0.1, bounds(0.001, 20.0, "the paper's film is 0.1 mm thick")),
-        spacer_mm: reader.number("spacer_mm", 0.5, bounds(0.0, 100.0, "the paper's spacer is 0.5 mm thick")),
-        index: reader.number("index", 1.0, bounds(1.0, 2.5, "1.0 is air between the films, 1.49 acrylic")),
-        tau_uv: reader.number("tau_uv", 0.82, TRANSMITTANCE),
-        tau_visible: reader.number("tau_visible", 0.90, TRANSMITTANCE),
-        spacer_tau_uv: reader.number("spacer_tau_uv", 1.0, TRANSMITTANCE),
-        spacer_tau_visible: reader.number("spacer_tau_visible", 1.0, TRANSMITTANCE),
+        film_mm: reader.number(
+            "film_mm",
+            film.film_mm,
+            bounds(0.001, 20.0, "the paper's film is 0.1 mm thick"),
+        ),
+        spacer_mm,
+        index: reader.number("index", spacer.index, index),
+        tau_uv: reader.number("tau_uv", layer.tau_uv, TRANSMITTANCE),
+        tau_visible: reader.number("tau_visible", layer.tau_visible, TRANSMITTANCE),
+        spacer_tau_uv: reader.number("spacer_tau_uv", layer.spacer_tau_uv, TRANSMITTANCE),
+        spacer_tau_visible: reader.number("spacer_tau_visible", layer.spacer_tau_visible, TRANSMITTANCE),
     };
     let voxels = u64::from(stack.films) * u64::from(pixels[0]) * u64::from(pixels[1]);
     if voxels > MOST_VOXELS {

@@ -253,3 +253,32 @@ fn the_resolved_exhibit_survives_json() {
     let json = serde_json::to_string(&exhibit).unwrap();
     assert_eq!(serde_json::from_str::<Exhibit>(&json).unwrap(), exhibit);
 }
+
+#[test]
+fn materials_give_what_is_left_out_and_numbers_go_before_them() {
+    let stack = |lines: &str| read(&format!("[stack]\n{lines}{VIEW}")).unwrap().stack;
+    let plain = stack("");
+    assert_eq!((plain.index, plain.tau_uv, plain.tau_visible, plain.spacer_tau_uv), (1.0, 0.82, 0.90, 1.0));
+    let bonded = stack("spacer = \"bonded-acrylic\"\ntau_uv = 0.5\n");
+    assert_eq!((bonded.index, bonded.tau_uv), (1.49, 0.5));
+    assert!(bonded.tau_visible > 0.99 && bonded.spacer_tau_visible > 0.999, "{bonded:?}");
+    assert_eq!(stack("film = \"pdms\"\n").tau_visible, 0.99);
+}
+
+#[test]
+fn ink_keys_are_held_to_what_can_be_printed() {
+    let print = |lines: &str| read(&format!("[print]\n{lines}{VIEW}")).map(|exhibit| exhibit.print.ink);
+    assert_eq!(print("").unwrap().yields, crate::ink::YIELDS);
+    assert_eq!(print("ink_limit = 2.5\n").unwrap().ink_limit, 2.5);
+    let (code, covered, told) = problem("[print]\nhalftone = \"blue-noise\"\nink_limit = 2.5\n");
+    assert_eq!((code, covered.as_str()), ("vitrine::config::bad_value", "2.5"));
+    assert!(told.contains("side by side"), "{told}");
+    assert_eq!(problem("[print]\nyields = [0.4, 0.8]\n").0, "vitrine::config::wrong_type");
+    assert_eq!(problem("[print]\nquench = [0, 0, -1]\n").0, "vitrine::config::bad_value");
+    assert!(problem("[print]\ngamut = \"clap\"\n").2.contains("did you mean \"clip\"?"));
+    let halftone = print("halftone = \"blue-noise\"\ndot_levels = 4\n").unwrap();
+    let inks = halftone.inks(Path::new("")).unwrap();
+    assert_eq!(inks.dots, crate::ink::Dots::Levels(4));
+    let missing = print("curves = \"none.toml\"\n").unwrap().inks(Path::new("nowhere"));
+    assert!(matches!(missing, Err(crate::ink::CurveFileError::Unreadable { .. })));
+}

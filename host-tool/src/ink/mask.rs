@@ -125,7 +125,7 @@ mod tests {
             for v in -below..=below {
                 let (mut real, mut imaginary) = (0.0, 0.0);
                 for (at, dot) in dots.iter().enumerate() {
-                    let turns = (u * (at % SIDE) as i32 + v * (at / SIDE) as i32) as f64 / SIDE as f64;
+                    let turns = f64::from(u * (at % SIDE) as i32 + v * (at / SIDE) as i32) / SIDE as f64;
                     let (sine, cosine) = (std::f64::consts::TAU * turns).sin_cos();
                     real += (dot - mean) * cosine;
                     imaginary += (dot - mean) * sine;

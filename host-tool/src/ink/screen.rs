@@ -159,7 +159,7 @@ impl Screen {
         // The row's own errors lie before the next one's.
         let carried = &mut self.carried;
         let below = width + 2;
-        let rightward = row % 2 == 0;
+        let rightward = row.is_multiple_of(2);
         for step in 0..width {
             let column = if rightward { step } else { width - 1 - step };
             let due: [f32; CHANNELS] = [0, 1, 2].map(|ink| coverages[ink][column] + carried[column + 1][ink]);

@@ -3,6 +3,7 @@
 mod demo;
 mod design;
 mod help;
+mod ink;
 mod link;
 mod outlook;
 mod support;
