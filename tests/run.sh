@@ -26,3 +26,9 @@ tests/emulator/set-up.sh
 cargo build -p vitrine
 cargo clippy -p vitrine-tests --features emulator --all-targets -- -D warnings
 cargo test -p vitrine-tests --features emulator --test emulator
+
+say "pages in a browser"
+tests/browser/set-up.sh
+for pages in tests/browser/*.test.mjs; do
+    node --test "$pages"
+done

@@ -148,6 +148,12 @@ impl Picture {
         self.map(srgb_encode)
     }
 
+    /// Returns how far each value is from that of `other`, which is of the same size.
+    pub fn difference(&self, other: &Self) -> Self {
+        let values = self.values.iter().zip(&other.values).map(|(a, b)| (a - b).abs()).collect();
+        Self { values, ..*self }
+    }
+
     /// Returns the picture as interleaved 8-bit RGB, rounded to the nearest value.
     pub fn rgb8(&self) -> Vec<u8> {
         let [red, green, blue] = [0, 1, 2].map(|channel| self.channel(channel));

@@ -78,6 +78,43 @@ pub fn year(calendar: &Calendar, limits: &Limits, full_level: Irradiance, year: 
     }
 }
 
+/// A moment of a day.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Local time, in hours after midnight.
+    pub hour: f64,
+    /// The part of the light that the schedule gives, 0..=1.
+    pub level: f64,
+    /// The most dose of one lamp since midnight, with somebody there all the time.
+    pub dose_j_m2: f64,
+}
+
+/// Goes through one local day, minute by minute, as [`year`] does. A minute that the clock shows twice comes twice.
+pub fn day_course(calendar: &Calendar, limits: &Limits, full_level: Irradiance, date: Date) -> Vec<Moment> {
+    let day = day_of(date);
+    let lamp = lamp_w_m2(full_level, limits);
+    let budget_j_m2 = limits.daily_dose.0 as f64 / 1e6;
+    let mut tally = Tally::default();
+    let mut moments = Vec::new();
+    let midnight = i64::from(day) * DAY_S;
+    for moment in (midnight - MOST_OFFSET_S..midnight + DAY_S + MOST_OFFSET_S).step_by(MINUTE_S as usize) {
+        let now = UtcSeconds(moment);
+        let local = local_time(&calendar.time_zone, now);
+        if local.day != day {
+            continue;
+        }
+        let level = level_at(calendar, now);
+        let hour = f64::from(local.minute) / 60.0;
+        moments.push(Moment {
+            hour,
+            level: f64::from(level.0) / f64::from(Level::FULL.0),
+            dose_j_m2: tally.dose_j_m2,
+        });
+        tally.pass_minute(level, lamp, budget_j_m2);
+    }
+    moments
+}
+
 /// What a lamp gives at full level, the plan's ceiling considered.
 fn lamp_w_m2(full_level: Irradiance, limits: &Limits) -> f64 {
     f64::from(full_level.0.min(limits.ceiling.0)) / 1000.0
@@ -178,6 +215,22 @@ mod tests {
         let year = year(&calendar, &Limits::default(), Irradiance(10_000), 2026);
         assert_eq!((year.open_days, year.open_h), (362, 362.0 * 24.0));
         assert!(year.calendar_lines()[12].contains("#######################...#####"));
+    }
+
+    #[test]
+    fn the_course_of_a_day_ends_at_the_years_dose_of_it() {
+        let calendar = weekends("Europe/Berlin");
+        let (limits, full) = (Limits::default(), Irradiance(10_000));
+        let whole = year(&calendar, &limits, full, 2026);
+        for (month, day, minutes) in [(3, 28, 1440), (3, 29, 1380), (10, 25, 1500)] {
+            let course = day_course(&calendar, &limits, full, Date { year: 2026, month, day });
+            assert_eq!(course.len(), minutes);
+            let lit = course.iter().filter(|moment| moment.level == 1.0);
+            assert!(lit.clone().all(|moment| (10.0..18.0).contains(&moment.hour)));
+            let of_year = whole.days.iter().find(|d| (d.month, d.day) == (month, day)).unwrap();
+            assert_eq!(lit.count() as f64 / 60.0, of_year.open_h);
+            assert_eq!(course.last().unwrap().dose_j_m2, of_year.dose_j_m2);
+        }
     }
 
     #[test]

@@ -14,7 +14,6 @@ mod manifest;
 mod page;
 mod read;
 mod report;
-mod viewer;
 mod whole;
 mod write;
 

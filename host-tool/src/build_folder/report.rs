@@ -161,7 +161,7 @@ impl Report {
     fn as_built_lines(&self, built: &AsBuilt) -> Vec<String> {
         let heading = format!("as built         mean of {} stacks   worst stack", built.stacks);
         let views = self.views.iter().zip(&built.views).map(|(view, of)| {
-            let ViewAsBuilt { mean_psnr_db, worst_psnr_db, mean_ssim, worst_ssim } = of;
+            let ViewAsBuilt { mean_psnr_db, worst_psnr_db, mean_ssim, worst_ssim, .. } = of;
             (view.id.as_str(), [*mean_psnr_db, *mean_ssim, *worst_psnr_db, *worst_ssim])
         });
         let all = [built.mean_psnr_db(), built.mean_ssim(), built.worst_psnr_db(), built.worst_ssim()];

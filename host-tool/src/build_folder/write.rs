@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::films;
 use super::manifest::{FORMAT, Manifest, portable_name};
-use super::page::{ViewPictures, page};
+use super::page::{PageParts, ViewPictures, page};
 use super::report::Report;
 use super::whole::WholeFolder;
 use crate::config::{Exhibit, PlanPairs, ZoneError};
@@ -143,16 +143,24 @@ pub fn write(
     files.insert("plan.json".to_owned(), json(&plan)?);
     files.insert("plan.bin".to_owned(), plan_file(&plan)?);
     files.insert("report.json".to_owned(), json(&report)?);
-    files
-        .insert("report.html".to_owned(), page(exhibit, &report, &pictures, &films_of_the_page).into_bytes());
-    for (view, pictures) in design.views.iter().zip(pictures) {
-        files.insert(format!("views/{}.png", view.id), pictures.shown);
-        files.insert(format!("views/{}.target.png", view.id), pictures.pattern);
-        if let Some(given) = pictures.given {
-            files.insert(format!("views/{}.given.png", view.id), given);
+    for (view, pictures) in design.views.iter().zip(&pictures) {
+        files.insert(format!("views/{}.png", view.id), pictures.shown.clone());
+        files.insert(format!("views/{}.target.png", view.id), pictures.pattern.clone());
+        if let Some(given) = &pictures.given {
+            files.insert(format!("views/{}.given.png", view.id), given.clone());
         }
     }
-    let manifest = manifest(exhibit_path, exhibit, depth, &files)?;
+    let mut manifest = manifest(exhibit_path, exhibit, depth, &files)?;
+    let page = page(&PageParts {
+        exhibit,
+        report: &report,
+        plan: &plan,
+        pictures: &pictures,
+        films: &films_of_the_page,
+        manifest: &manifest,
+    });
+    manifest.outputs.insert("report.html".to_owned(), hash(page.as_bytes()));
+    files.insert("report.html".to_owned(), page.into_bytes());
     files.insert("manifest.json".to_owned(), json(&manifest)?);
     write_files(place, &files)?;
     Ok(report)
@@ -182,6 +190,7 @@ fn view_pictures(
                 given: given.map(|given| encode_srgb(&given.pattern)).transpose()?,
                 pattern: encode_srgb(&view.pattern)?,
                 shown: encode_srgb(&designed.shown)?,
+                error: encode_srgb(&designed.shown.difference(&view.pattern))?,
             })
         })
         .collect()
@@ -245,11 +254,15 @@ fn manifest(
     inputs.push(("exhibit.toml".to_owned(), exhibit_path.to_owned()));
     for (name, path) in inputs {
         let bytes = std::fs::read(&path).map_err(|source| BuildError::Input { path, source })?;
-        manifest.inputs.insert(name, blake3::hash(&bytes).to_hex().to_string());
+        manifest.inputs.insert(name, hash(&bytes));
     }
-    manifest.outputs =
-        files.iter().map(|(name, bytes)| (name.clone(), blake3::hash(bytes).to_hex().to_string())).collect();
+    manifest.outputs = files.iter().map(|(name, bytes)| (name.clone(), hash(bytes))).collect();
     Ok(manifest)
+}
+
+/// BLAKE3 in hexadecimal digits.
+fn hash(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
 }
 
 fn json(value: &impl Serialize) -> Result<Vec<u8>, serde_json::Error> {

@@ -22,6 +22,7 @@ const ITERATIONS: usize = 15;
 #[command(after_help = "\
 Examples:
   vitrine demo
+  vitrine demo --open                 shows its page in the browser
   vitrine demo -o my-demo
   vitrine demo my-exhibit/exhibit.toml -o my-demo
 
@@ -32,6 +33,9 @@ pub(super) struct Demo {
     /// The build folder to write.
     #[arg(short, long, value_name = "BUILD", default_value = "vitrine-demo")]
     output: PathBuf,
+    /// Open the page report.html in the browser when all is done.
+    #[arg(long)]
+    open: bool,
 }
 
 #[derive(Debug, Error, Diagnostic)]
@@ -45,6 +49,9 @@ enum DemoFailure {
     #[error("cannot draw the contact sheet")]
     #[diagnostic(code(vitrine::demo::sheet), help("this is a fault of vitrine: please report it"))]
     Sheet(#[source] image::ImageError),
+    #[error("{} is written, but no browser could be opened", path.display())]
+    #[diagnostic(code(vitrine::demo::open), help("open it in a browser by hand"))]
+    Open { path: PathBuf, source: std::io::Error },
 }
 
 impl Demo {
@@ -68,14 +75,23 @@ impl Demo {
         let moments = walk(&build.plan_file()?, &mut |moment| output.note(&line(moment)))?;
         let sheet = self.output.join("contact-sheet.png");
         write_sheet(&sheet, &build, &report, &moments)?;
+        let page = self.output.join("report.html");
         let done = serde_json::json!({
             "build": self.output,
             "contact_sheet": sheet,
+            "page": page,
             "report": report,
             "walk": moments,
         });
         output.result(&done, || sheet.display().to_string());
         output.note(&format!("Films, views and report are in {}", self.output.display()));
+        if self.open {
+            let opened = open::that_detached(&page);
+            opened.map_err(|source| DemoFailure::Open { path: page.clone(), source })?;
+            output.note(&format!("{} opens in the browser", page.display()));
+        } else {
+            output.note(&format!("Now look at {}: `vitrine demo --open` opens it", page.display()));
+        }
         Ok(())
     }
 }

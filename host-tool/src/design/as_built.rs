@@ -72,6 +72,8 @@ pub struct AsBuilt {
 pub struct ViewAsBuilt {
     /// Mean PSNR in dB.
     pub mean_psnr_db: f64,
+    /// Standard deviation of the PSNR over the stacks, in dB.
+    pub spread_psnr_db: f64,
     /// PSNR in dB in the worst stack.
     pub worst_psnr_db: f64,
     /// Mean SSIM.
@@ -144,8 +146,11 @@ pub fn built_by_hand(
     let count = looks.len().max(1) as f64;
     let views = (0..request.views.len()).map(|view| {
         let of_view = || looks.iter().map(move |look| look[view]);
+        let mean_psnr_db = of_view().map(|look| look.0).sum::<f64>() / count;
+        let squares = of_view().map(|look| (look.0 - mean_psnr_db).powi(2)).sum::<f64>();
         ViewAsBuilt {
-            mean_psnr_db: of_view().map(|look| look.0).sum::<f64>() / count,
+            mean_psnr_db,
+            spread_psnr_db: (squares / count).sqrt(),
             worst_psnr_db: of_view().map(|look| look.0).fold(f64::INFINITY, f64::min),
             mean_ssim: of_view().map(|look| look.1).sum::<f64>() / count,
             worst_ssim: of_view().map(|look| look.1).fold(f64::INFINITY, f64::min),

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::support::{SMALL, Workshop, names};
+use super::support::{Finished, SMALL, Workshop, names};
 
 #[test]
 fn the_lamps_follow_the_viewer_through_all_views_and_a_contact_sheet_is_left() {
@@ -47,4 +47,34 @@ fn a_reader_of_plain_text_sees_one_line_for_each_step() {
     let steps = finished.stderr.lines().filter(|line| line.starts_with("viewer at ")).count();
     assert_eq!(steps, 31);
     assert!(!finished.stderr.contains('\u{1b}'), "{}", finished.stderr);
+    assert!(
+        finished.stderr.trim_end().ends_with("Now look at shown/report.html: `vitrine demo --open` opens it")
+    );
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn the_page_is_opened_on_request_and_where_nothing_opens_it_that_is_said() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let workshop = Workshop::small();
+    let opener = workshop.path("xdg-open");
+    workshop.write("xdg-open", "#!/bin/sh\necho \"$1\" > opened.partly && mv opened.partly opened\n");
+    std::fs::set_permissions(&opener, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let demo = |path: &str| {
+        let mut command = workshop.command(&["demo", "exhibit.toml", "-o", "shown", "--open"]);
+        Finished::from(command.env("PATH", path).output().unwrap())
+    };
+    let path = format!("{}:/usr/bin:/bin", workshop.path("").display());
+    let finished = demo(&path);
+    assert_eq!(finished.code, Some(0), "{}", finished.stderr);
+    // The opener goes on by itself.
+    let mut looks = 0..1000;
+    while !workshop.path("opened").exists() && looks.next().is_some() {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    assert_eq!(std::fs::read_to_string(workshop.path("opened")).unwrap().trim(), "shown/report.html");
+    let finished = demo("/nowhere");
+    assert_eq!(finished.code, Some(1));
+    assert!(finished.stderr.contains("vitrine::demo::open"), "{}", finished.stderr);
 }

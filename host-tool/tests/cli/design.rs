@@ -177,6 +177,7 @@ fn what_becomes_of_a_design_in_human_hands_is_told_on_request_and_always_the_sam
     for view in first["views"].as_array().unwrap() {
         let of = |name: &str| view[name].as_f64().unwrap();
         assert!(of("worst_psnr_db") < of("mean_psnr_db") && of("worst_ssim") < of("mean_ssim"), "{view}");
+        assert!((0.0..of("mean_psnr_db") - of("worst_psnr_db")).contains(&of("spread_psnr_db")), "{view}");
     }
     let page = fs::read_to_string(workshop.path("build/report.html")).unwrap();
     assert!(page.contains("In human hands") && page.contains("gaps 25 µm"));

@@ -1,118 +1,43 @@
-//! `report.html`: the page to look at, one file that needs no other.
+//! The tables of `report.html`: quality, lamps, and what human hands make of it.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
-use super::report::{Report, ViewReport};
-use super::viewer::viewer;
-use crate::config::{Exhibit, LampSetting};
+use super::super::report::Report;
 use crate::design::AsBuilt;
 
-const STYLE: &str = include_str!("page.css");
-
-/// The pictures of one view as PNG files.
-pub(super) struct ViewPictures {
-    /// The pattern as it was given, where it was adapted.
-    pub(super) given: Option<Vec<u8>>,
-    pub(super) pattern: Vec<u8>,
-    pub(super) shown: Vec<u8>,
-}
-
-/// Writes the page of a design.
-/// `films` are PNG files of 8 bits.
-pub(super) fn page(
-    exhibit: &Exhibit,
-    report: &Report,
-    pictures: &[ViewPictures],
-    films: &[Vec<u8>],
-) -> String {
-    let markup = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (report.name) " - Vitrine" }
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                main {
-                    h1 { (report.name) }
-                    p { (stack_in_words(exhibit)) }
-                    (viewer(exhibit, report, films))
-                    h2 { "Views" }
-                    div class="views" {
-                        @for (view, pictures) in report.views.iter().zip(pictures) { (view_section(view, pictures)) }
-                    }
-                    h2 { "Quality" }
-                    (figures_table(report))
-                    h2 { "Lamps" }
-                    (lamp_table(report))
-                    (shared_table(report))
-                    @if let Some(built) = &report.as_built { (as_built_table(report, built)) }
-                    @if let Some(words) = report.hold_in_words() { p { (words) } }
-                }
-                footer { "Designed with Vitrine " (report.vitrine) "." }
-            }
-        }
-    };
-    markup.into_string()
-}
-
-fn stack_in_words(exhibit: &Exhibit) -> String {
-    let stack = &exhibit.stack;
-    let [width, height] = stack.pixels;
-    let viewer = match exhibit.viewer.distance_mm {
-        Some(distance_mm) => format!("seen from {distance_mm} mm"),
-        None => "seen from far away".to_owned(),
-    };
-    format!(
-        "{} films of {width} x {height} pixels, {} mm wide, {:.2} mm apart, {viewer}.",
-        stack.films,
-        stack.width_mm,
-        stack.film_pitch_mm()
-    )
-}
-
-fn view_section(view: &ViewReport, pictures: &ViewPictures) -> Markup {
-    let mut direction = format!("{}° horizontal, {}° vertical", view.horizontal_deg, view.vertical_deg);
-    match view.lamp {
-        Some(LampSetting::Top) => direction += ", under the top lamp alone",
-        Some(LampSetting::Bottom) => direction += ", under the bottom lamp alone",
-        None => {}
-    }
+/// Quality of each view in the optics of the design.
+pub(super) fn quality(report: &Report) -> Markup {
     html! {
-        section {
-            h3 { (view.id) }
-            p { (direction) }
-            @if let Some(given) = &pictures.given {
-                figure {
-                    img src=(data_uri(given)) alt={ "Picture given for view " (view.id) };
-                    figcaption { "Picture as given" }
-                }
-            }
-            figure {
-                img src=(data_uri(&pictures.pattern)) alt={ "Pattern of view " (view.id) };
-                figcaption {
-                    @match view.similarity_to_given {
-                        Some(similarity) => { "Pattern, adapted (SSIM to the given picture " (format!("{similarity:.2}")) ")" }
-                        None => { "Pattern" }
-                    }
-                }
-            }
-            figure {
-                img src=(data_uri(&pictures.shown)) alt={ "What the viewer of " (view.id) " sees" };
-                figcaption { "What the viewer sees" }
+        section aria-labelledby="quality" {
+            h2 id="quality" { "Quality" }
+            (figures_table(report))
+        }
+    }
+}
+
+/// Lamp pairs, what they are worth, and what human hands make of the design.
+pub(super) fn lamps(report: &Report) -> Markup {
+    html! {
+        section aria-labelledby="lamps" {
+            h2 id="lamps" { "Lamps" }
+            (lamp_table(report))
+            (shared_table(report))
+            @if let Some(words) = report.hold_in_words() { p { (words) } }
+        }
+        section aria-labelledby="built" {
+            h2 id="built" { "In human hands" }
+            @match &report.as_built {
+                Some(built) => { (as_built_table(report, built)) }
+                None => { p { "Not looked at: " code { "vitrine design --as-built" } " tells what becomes of the views when the films lie a little beside their places and viewers a little astray." } }
             }
         }
     }
 }
 
-/// A table with its caption, the heads of its columns and its rows.
-fn table(caption: &str, columns: &[&str], rows: Markup) -> Markup {
+/// A table with its caption, the heads of its columns and its rows; where it is too wide it is scrolled.
+pub(super) fn table(caption: &str, columns: &[&str], rows: Markup) -> Markup {
     html! {
-        div class="wide" { table {
+        div class="wide" tabindex="0" role="region" aria-label=(caption) { table {
             caption { (caption) }
             thead { tr {
                 @for column in columns {
@@ -203,29 +128,26 @@ fn shared_table(report: &Report) -> Markup {
 fn as_built_table(report: &Report, built: &AsBuilt) -> Markup {
     let errors = &built.errors;
     html! {
-        h2 { "In human hands" }
         p {
             (built.stacks) " random stacks. Standard deviations: films " (errors.misplacement_um)
             " µm beside their places, gaps " (errors.spacing_um) " µm, viewers " (errors.direction_deg)
-            "° astray and " (format!("{:.0}", 100.0 * errors.distance_part)) " % nearer or further."
+            "° astray and " (format!("{:.0}", 100.0 * errors.distance_part)) " % nearer or further. The spread is a standard deviation."
         }
-        (table("Of each view under its own lamps behind the real films", &["View", "Mean of all stacks", "Worst stack"], html! {
+        (table("Of each view under its own lamps behind the real films", &["View", "Mean of all stacks", "Spread", "Worst stack"], html! {
             @for (view, of) in report.views.iter().zip(&built.views) {
                 tr {
                     th scope="row" { (view.id) }
                     td { (format!("{:.1} dB / {:.2}", of.mean_psnr_db, of.mean_ssim)) }
+                    td { (format!("{:.2} dB", of.spread_psnr_db)) }
                     td { (format!("{:.1} dB / {:.2}", of.worst_psnr_db, of.worst_ssim)) }
                 }
             }
             tr {
                 th scope="row" { "All" }
                 td { (format!("{:.1} dB / {:.2}", built.mean_psnr_db(), built.mean_ssim())) }
+                td {}
                 td { (format!("{:.1} dB / {:.2}", built.worst_psnr_db(), built.worst_ssim())) }
             }
         }))
     }
-}
-
-fn data_uri(png: &[u8]) -> String {
-    format!("data:image/png;base64,{}", STANDARD.encode(png))
 }
