@@ -14,6 +14,7 @@ pub mod measure;
 pub mod optics;
 pub mod picture;
 pub mod projection;
+pub mod self_test;
 mod simd;
 pub mod stack;
 pub mod starter;

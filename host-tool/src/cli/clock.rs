@@ -12,11 +12,16 @@ use super::output::Output;
 
 /// Tell the controller's time, or set it from this computer's.
 #[derive(Args)]
-#[command(after_help = "Examples:\n  vitrine clock\n  vitrine clock --set --to /dev/ttyACM0")]
+#[command(
+    after_help = "Examples:\n  vitrine clock\n  vitrine clock --set --to /dev/ttyACM0\n  vitrine clock --set --dry-run"
+)]
 pub(super) struct Clock {
     /// Set it to this computer's time.
     #[arg(long)]
     set: bool,
+    /// With --set: only tell what would be set.
+    #[arg(long, requires = "set")]
+    dry_run: bool,
     #[command(flatten)]
     to: To,
 }
@@ -24,11 +29,9 @@ pub(super) struct Clock {
 impl Clock {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let mut client = self.to.open()?;
-        let clock = if self.set {
-            client.set_clock(UtcSeconds(Timestamp::now().as_second()))?
-        } else {
-            client.clock()?
-        };
+        let set = self.set && !self.dry_run;
+        let clock =
+            if set { client.set_clock(UtcSeconds(Timestamp::now().as_second()))? } else { client.clock()? };
         let ahead_s = clock.now.map(|now| now.0 - Timestamp::now().as_second());
         let told = serde_json::json!({
             "now": clock.now.map(time_text),
@@ -37,9 +40,9 @@ impl Clock {
             "last_correction_s": clock.record.last_error_s,
             "last_set": clock.record.set_at.map(time_text),
             "drift_s_per_day": seconds_a_day(clock.record),
-            "set": self.set,
+            "set": set,
         });
-        output.result(&told, || text(&clock, ahead_s, self.set));
+        output.result(&told, || text(&clock, ahead_s, set));
         Ok(())
     }
 }

@@ -88,10 +88,20 @@ fn as_csv(entry: &LogEntry) -> String {
 }
 
 fn as_json(entry: &LogEntry) -> Value {
+    let dose = match entry.event {
+        Event::DayDose { lamp, day, joules_m2, lit_hours } => json!({
+            "day": date_text(day),
+            "lamp": words::lamp(lamp),
+            "dose_j_m2": joules_m2,
+            "lamp_hours": lit_hours,
+        }),
+        _ => Value::Null,
+    };
     json!({
         "number": entry.sequence,
         "time": entry.time.map(time_text),
         "uptime_s": entry.uptime_s,
         "event": words::event(entry.event),
+        "day_dose": dose,
     })
 }

@@ -17,6 +17,7 @@ mod outlook;
 mod output;
 mod progress;
 mod requests;
+mod self_test;
 mod setup;
 mod status;
 mod upload;
@@ -71,6 +72,7 @@ enum Command {
     Release(requests::Release),
     Rearm(requests::Rearm),
     NewStack(requests::NewStack),
+    SelfTest(self_test::SelfTest),
     Controller(controller::Controller),
     Explain(setup::Explain),
     Doctor(setup::Doctor),
@@ -121,6 +123,7 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
         Command::Release(command) => command.run(output),
         Command::Rearm(command) => command.run(output),
         Command::NewStack(command) => command.run(output),
+        Command::SelfTest(command) => command.run(output),
         Command::Controller(command) => command.run(output),
         Command::Explain(command) => command.run(output),
         Command::Doctor(command) => command.run(output),

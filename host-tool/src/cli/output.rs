@@ -40,6 +40,20 @@ impl Output {
         }
     }
 
+    /// Asks a person on the terminal; yes where there is none, or where JSON is wanted.
+    pub(crate) fn asks(self, question: &str) -> std::io::Result<bool> {
+        let terminal = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
+        if self.json || !terminal {
+            return Ok(true);
+        }
+        let mut stream = std::io::stderr();
+        write!(stream, "{question} [y/N] ")?;
+        stream.flush()?;
+        let mut answer = String::new();
+        std::io::stdin().read_line(&mut answer)?;
+        Ok(is_yes(&answer))
+    }
+
     /// Prints why a command failed.
     pub(crate) fn error(self, report: &Report) {
         let mut text = String::new();
@@ -53,6 +67,11 @@ impl Output {
         }
         print_line(std::io::stderr(), text.trim_end());
     }
+}
+
+/// Anything but a clear yes is a no.
+fn is_yes(answer: &str) -> bool {
+    matches!(answer.trim().to_lowercase().as_str(), "y" | "yes")
 }
 
 /// Plain lines where nobody watches a terminal, and where NO_COLOR asks for them.
@@ -70,4 +89,15 @@ fn to_json(value: &impl Serialize) -> String {
 /// A reader that has gone away, such as `head`, is no reason to fail.
 fn print_line(mut stream: impl Write, line: &str) {
     let _ = writeln!(stream, "{line}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_yes;
+
+    #[test]
+    fn only_yes_is_a_yes() {
+        assert!(["y", "Y\n", " yes \n"].into_iter().all(is_yes));
+        assert!(!["", "\n", "n", "yess", "j", "no"].into_iter().any(is_yes));
+    }
 }

@@ -6,7 +6,7 @@ use thiserror::Error;
 use vitrine_exhibit::limits;
 use vitrine_exhibit::units::Milliseconds;
 
-use super::connect::To;
+use super::connect::{Sending, Sent};
 use super::output::Output;
 use super::upload::active_plan;
 
@@ -24,7 +24,7 @@ pub(super) struct Hold {
     #[arg(long = "for", value_name = "TIME", default_value = "10m", value_parser = lease)]
     lease: Milliseconds,
     #[command(flatten)]
-    to: To,
+    sending: Sending,
 }
 
 /// Keep both lamps off until the time is over.
@@ -39,7 +39,7 @@ pub(super) struct Dark {
     #[arg(long = "for", value_name = "TIME", default_value = "1h", value_parser = lease)]
     lease: Milliseconds,
     #[command(flatten)]
-    to: To,
+    sending: Sending,
 }
 
 /// End what `hold` or `dark` asked for.
@@ -47,7 +47,7 @@ pub(super) struct Dark {
 #[command(after_help = "Examples:\n  vitrine release\n  vitrine release --to /dev/ttyACM0")]
 pub(super) struct Release {
     #[command(flatten)]
-    to: To,
+    sending: Sending,
 }
 
 /// Let the lamps light again after an opened door or a fault that is mended.
@@ -55,7 +55,7 @@ pub(super) struct Release {
 #[command(after_help = "Examples:\n  vitrine rearm\n  vitrine rearm --to /dev/ttyACM0")]
 pub(super) struct Rearm {
     #[command(flatten)]
-    to: To,
+    sending: Sending,
 }
 
 /// Declare that a fresh stack of films stands in the exhibit: its life's dose begins at zero.
@@ -66,7 +66,7 @@ pub(super) struct NewStack {
     #[arg(long)]
     yes: bool,
     #[command(flatten)]
-    to: To,
+    sending: Sending,
 }
 
 #[derive(Debug, Error, Diagnostic)]
@@ -84,40 +84,45 @@ enum RequestFailure {
 
 impl Hold {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
-        let mut client = self.to.open()?;
+        let Self { view, lease, sending } = self;
+        let Sending { to, dry_run } = sending;
+        let mut client = to.open()?;
         let plan = active_plan(&mut client)?;
         let ids: Vec<&str> =
             plan.iter().flat_map(|plan| plan.views.iter().map(|view| view.id.as_str())).collect();
-        let Some(index) = ids.iter().position(|id| *id == self.view) else {
+        let Some(index) = ids.iter().position(|id| *id == view) else {
             let help = if ids.is_empty() {
                 "it has no plan: `vitrine upload BUILD` gives it one".to_owned()
             } else {
                 format!("it has {}", ids.join(", "))
             };
-            return Err(RequestFailure::NoSuchView { id: self.view, help }.into());
+            return Err(RequestFailure::NoSuchView { id: view, help }.into());
         };
-        client.hold(index as u8, self.lease)?;
-        let seconds = self.lease.0 / 1000;
-        let done = serde_json::json!({ "view": self.view, "lease_s": seconds });
-        output.result(&done, || format!("{} is held for {}", self.view, in_words(self.lease)));
+        let sent = if dry_run { Sent::NotSent } else { Sent::Sent };
+        if sent.is_sent() {
+            client.hold(index as u8, lease)?;
+        }
+        let done = serde_json::json!({ "view": view, "lease_s": lease.0 / 1000, "sent": sent.is_sent() });
+        output.result(&done, || sent.in_words(format!("{view} is held for {}", in_words(lease))));
         Ok(())
     }
 }
 
 impl Dark {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
-        self.to.open()?.dark(self.lease)?;
-        let done = serde_json::json!({ "dark": true, "lease_s": self.lease.0 / 1000 });
-        output.result(&done, || format!("dark for {}", in_words(self.lease)));
+        let lease = self.lease;
+        let sent = self.sending.send(|client| client.dark(lease))?;
+        let done = serde_json::json!({ "dark": true, "lease_s": lease.0 / 1000, "sent": sent.is_sent() });
+        output.result(&done, || sent.in_words(format!("dark for {}", in_words(lease))));
         Ok(())
     }
 }
 
 impl Release {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
-        self.to.open()?.release()?;
-        output.result(&serde_json::json!({ "released": true }), || {
-            "the exhibit follows its viewers again".to_owned()
+        let sent = self.sending.send(vitrine::link::Client::release)?;
+        output.result(&serde_json::json!({ "released": true, "sent": sent.is_sent() }), || {
+            sent.in_words("the exhibit follows its viewers again".to_owned())
         });
         Ok(())
     }
@@ -125,9 +130,11 @@ impl Release {
 
 impl Rearm {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
-        self.to.open()?.rearm()?;
-        output.result(&serde_json::json!({ "rearm": "asked" }), || {
-            "re-arm asked for; `vitrine status` tells whether anything stands against it".to_owned()
+        let sent = self.sending.send(vitrine::link::Client::rearm)?;
+        output.result(&serde_json::json!({ "rearm": "asked", "sent": sent.is_sent() }), || {
+            sent.in_words(
+                "re-arm asked for; `vitrine status` tells whether anything stands against it".to_owned(),
+            )
         });
         Ok(())
     }
@@ -135,11 +142,13 @@ impl Rearm {
 
 impl NewStack {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
-        if !self.yes {
+        if !self.yes && !self.sending.dry_run {
             return Err(RequestFailure::Unconfirmed.into());
         }
-        self.to.open()?.new_stack()?;
-        output.result(&serde_json::json!({ "new_stack": true }), || "a fresh stack is declared".to_owned());
+        let sent = self.sending.send(vitrine::link::Client::new_stack)?;
+        output.result(&serde_json::json!({ "new_stack": true, "sent": sent.is_sent() }), || {
+            sent.in_words("a fresh stack is declared".to_owned())
+        });
         Ok(())
     }
 }

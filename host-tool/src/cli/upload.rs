@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use miette::{Diagnostic, Report};
+use miette::{Diagnostic, IntoDiagnostic, Report};
 use thiserror::Error;
 use vitrine::build_folder::BuildFolder;
 use vitrine::link::{Client, LinkError};
@@ -22,7 +22,7 @@ Examples:
   vitrine upload build --to /dev/ttyACM0
   vitrine upload build --to tcp:127.0.0.1:7470 --dry-run
 
-The controller keeps its plan until it has verified the new one.")]
+On a terminal it asks before it replaces another plan. The controller keeps its plan until it has verified the new one.")]
 pub(super) struct Upload {
     /// The build folder.
     build: PathBuf,
@@ -31,6 +31,9 @@ pub(super) struct Upload {
     /// Only tell what would change.
     #[arg(long)]
     dry_run: bool,
+    /// Do not ask. Without a terminal nobody is asked either.
+    #[arg(long, conflicts_with = "dry_run")]
+    yes: bool,
 }
 
 /// Why a plan is not sent.
@@ -42,6 +45,9 @@ enum UploadFailure {
     #[error("{}: a controller would refuse it: {source}", path.display())]
     #[diagnostic(code(vitrine::upload::plan), help("mend exhibit.toml and design it again"))]
     Plan { path: PathBuf, source: PlanError },
+    #[error("the plan was not sent: the question was not answered with yes")]
+    #[diagnostic(code(vitrine::upload::declined), help("answer y, or give --yes to be asked nothing"))]
+    Declined,
 }
 
 impl Upload {
@@ -57,10 +63,15 @@ impl Upload {
         let change = changes(before.as_ref(), &plan);
         output.note(&change);
         let same = before.as_ref() == Some(&plan);
-        if !self.dry_run && !same {
+        let wanted = !self.dry_run && !same;
+        if wanted && before.is_some() && !self.yes && !output.asks("Send it?").into_diagnostic()? {
+            return Err(UploadFailure::Declined.into());
+        }
+        if wanted {
             client.upload(&bytes, &mut |_| {})?;
         }
-        let sent = !self.dry_run && !same;
+        let active_since = wanted.then(|| jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string());
+        let sent = wanted;
         let port = client.address().to_string();
         let result = serde_json::json!({
             "port": port,
@@ -71,6 +82,7 @@ impl Upload {
             "crc": format!("{:08x}", plan_file::crc(&bytes)),
             "change": change,
             "sent": sent,
+            "active_since": active_since,
         });
         output.result(&result, || {
             let done = match (sent, same) {
@@ -78,8 +90,9 @@ impl Upload {
                 (false, true) => "is active already",
                 (false, false) => "was not sent",
             };
+            let since = active_since.map(|since| format!(" since {since}")).unwrap_or_default();
             format!(
-                "{}: plan {:08x} of {} bytes {done} at {port}",
+                "{}: plan {:08x} of {} bytes {done} at {port}{since}",
                 plan.name,
                 plan_file::crc(&bytes),
                 bytes.len()

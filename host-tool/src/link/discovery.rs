@@ -36,15 +36,43 @@ pub fn devices() -> Vec<Device> {
     devices
 }
 
-/// Gives the address that a user meant: the one given, or that of the only controller there is.
+/// Gives the address that a user meant: the one given, that of the controller whose serial number is given, or
+/// that of the only controller there is.
 ///
 /// # Errors
 /// Where there is none, or more than one.
 pub fn choose(given: Option<Address>) -> Result<Address, LinkError> {
-    if let Some(address) = given {
-        return Ok(address);
+    match given {
+        Some(Address::Serial(name)) if may_be_serial_number(&name) => by_serial_number(&name, devices()),
+        Some(address) => Ok(address),
+        None => the_only_one(devices()),
     }
-    let mut usable: Vec<_> = devices()
+}
+
+/// Ports have a path, or are called COM with a number; serial numbers have neither.
+fn may_be_serial_number(name: &str) -> bool {
+    !name.contains(['/', '\\']) && !name.to_ascii_uppercase().starts_with("COM")
+}
+
+/// The controller whose serial number begins as `wanted` does, if it is the only one.
+pub(super) fn by_serial_number(wanted: &str, devices: Vec<Device>) -> Result<Address, LinkError> {
+    let numbered = |device: &Device| device.serial_number.clone().unwrap_or_default().to_ascii_uppercase();
+    let beginning = wanted.to_ascii_uppercase();
+    let known: Vec<String> = devices.iter().filter_map(|device| device.serial_number.clone()).collect();
+    let mut found: Vec<Address> = devices
+        .into_iter()
+        .filter(|device| numbered(device).starts_with(&beginning))
+        .map(|device| device.address)
+        .collect();
+    match found.len() {
+        0 => Err(LinkError::NoSuchSerialNumber { wanted: wanted.to_owned(), known }),
+        1 => Ok(found.remove(0)),
+        _ => Err(LinkError::SeveralFound { found }),
+    }
+}
+
+fn the_only_one(devices: Vec<Device>) -> Result<Address, LinkError> {
+    let mut usable: Vec<_> = devices
         .into_iter()
         .filter(|device| !matches!(device.state, Err(LinkError::NotOurs { .. } | LinkError::Missing { .. })))
         .map(|device| device.address)

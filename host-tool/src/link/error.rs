@@ -162,6 +162,15 @@ pub enum LinkError {
         )
     )]
     NoneFound,
+    /// No controller has the serial number.
+    #[error("no controller's serial number begins with {wanted}")]
+    #[diagnostic(code(vitrine::link::no_such_serial_number), help("{}", serial_number_help(known)))]
+    NoSuchSerialNumber {
+        /// What was asked for.
+        wanted: String,
+        /// The serial numbers of the ports that have one.
+        known: Vec<String>,
+    },
     /// More than one controller was found.
     #[error("there are several controllers: {}", found.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))]
     #[diagnostic(code(vitrine::link::several_found), help("say which one is meant with --to"))]
@@ -188,6 +197,7 @@ impl LinkError {
             Self::PlanLength { .. } => "plan length",
             Self::ReadBack { .. } => "read back",
             Self::NoneFound => "none found",
+            Self::NoSuchSerialNumber { .. } => "no such serial number",
             Self::SeveralFound { .. } => "several found",
         }
     }
@@ -229,6 +239,16 @@ fn missing_help(address: &Address) -> String {
         Address::Tcp(place) => {
             format!("start a simulated controller there with `vitrine controller --listen tcp:{place}`")
         }
+    }
+}
+
+fn serial_number_help(known: &[String]) -> String {
+    match known {
+        [] => {
+            "no port has a serial number; is the controller plugged in? A port's own name is its whole path"
+                .to_owned()
+        }
+        known => format!("there are {}; a port's own name is its whole path", known.join(", ")),
     }
 }
 

@@ -1,7 +1,10 @@
 use super::served;
 use crate::{
     controller::FlashFile,
-    link::{Address, Announcement, choose, discovery::announced_in},
+    link::{
+        Address, Announcement, Device, LinkError, choose,
+        discovery::{announced_in, by_serial_number},
+    },
 };
 
 #[test]
@@ -25,4 +28,21 @@ fn an_announcement_is_found_until_it_is_withdrawn() {
 fn a_given_address_is_taken_as_it_is() {
     let given = Address::Serial("/dev/ttyACM9".into());
     assert_eq!(choose(Some(given.clone())).expect("taken"), given);
+}
+
+#[test]
+fn a_controller_is_found_by_how_its_serial_number_begins() {
+    let device = |port: &str, serial_number: &str| {
+        let address = Address::Serial(port.into());
+        let state = Err(LinkError::NotOurs { address: address.clone() });
+        Device { address, kind: String::new(), serial_number: Some(serial_number.into()), state }
+    };
+    let devices = || vec![device("/dev/ttyACM0", "E6614C31"), device("/dev/ttyACM1", "E6617A02")];
+    let found = |wanted: &str| by_serial_number(wanted, devices());
+    assert_eq!(found("e6617").expect("found"), Address::Serial("/dev/ttyACM1".into()));
+    assert!(matches!(found("E661"), Err(LinkError::SeveralFound { found }) if found.len() == 2));
+    let unknown = found("F0").expect_err("unknown");
+    assert!(
+        matches!(&unknown, LinkError::NoSuchSerialNumber { known, .. } if known == &["E6614C31", "E6617A02"])
+    );
 }
