@@ -103,6 +103,22 @@ fn hold_dark_release_and_clock_reach_the_exhibit() {
     workshop.succeed(&["release", "--to", to]);
     until(&|status| status["dark"] != "a host asked for dark");
 
+    for dry in [&["hold", "cat"][..], &["dark"], &["release"], &["rearm"], &["new-stack"]] {
+        let told = json(&workshop.succeed(&[dry, &["--dry-run", "--json", "--to", to]].concat()));
+        assert_eq!(told["sent"], false, "{dry:?}");
+    }
+    let status = json(&workshop.succeed(&["status", "--to", to, "--json"]));
+    assert_eq!((&status["lease_s"], &status["runs_this_build"]), (&Value::from(0.0), &Value::Null));
+    let clock = json(&workshop.succeed(&["clock", "--set", "--dry-run", "--to", to, "--json"]));
+    assert_eq!(
+        (&clock["source"], &clock["set"]),
+        (&Value::from("the computer that simulates it"), &Value::from(false))
+    );
+    let by_number = workshop.succeed(&["status", "--to", "simul"]);
+    assert!(by_number.contains(to), "{by_number}");
+    let unknown = workshop.run(&["status", "--to", "E661"]);
+    assert!(unknown.stderr.contains("vitrine::link::no_such_serial_number"), "{}", unknown.stderr);
+
     let clock = json(&workshop.succeed(&["clock", "--set", "--to", to, "--json"]));
     assert_eq!((&clock["source"], &clock["set"]), (&Value::from("a host"), &Value::from(true)));
     assert_eq!(workshop.run(&["new-stack", "--to", to]).code, Some(1));
@@ -196,4 +212,20 @@ fn an_interrupted_controller_withdraws_its_announcement() {
     assert_eq!(simulated.child.wait().unwrap().code(), Some(0));
     let devices = workshop.succeed(&["devices", "--json"]);
     assert!(!devices.contains(&simulated.address), "{devices}");
+}
+
+#[test]
+fn a_self_test_prints_a_sheet_and_fails_when_a_part_does() {
+    let workshop = built();
+    let simulated = Simulated::start(&workshop, &[]);
+    let to = simulated.address.as_str();
+    let finished = workshop.run(&["self-test", "-o", "sheet.txt", "--to", to]);
+    assert_eq!(finished.code, Some(1));
+    assert!(finished.stdout.contains("[ FAILED  ]  plan"), "{}", finished.stdout);
+    assert!(finished.stderr.contains("vitrine::self_test::failed"), "{}", finished.stderr);
+    assert_eq!(
+        std::fs::read_to_string(workshop.path("sheet.txt")).unwrap().trim_end(),
+        finished.stdout.trim_end()
+    );
+    workshop.succeed(&["self-test", "--dry-run", "--to", to]);
 }
