@@ -17,6 +17,7 @@ mod outlook;
 mod output;
 mod progress;
 mod requests;
+mod schema;
 mod self_test;
 mod setup;
 mod status;
@@ -74,6 +75,7 @@ enum Command {
     NewStack(requests::NewStack),
     SelfTest(self_test::SelfTest),
     Controller(controller::Controller),
+    Schema(schema::Schema),
     Explain(setup::Explain),
     Doctor(setup::Doctor),
     Completions(setup::Completions),
@@ -125,6 +127,7 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
         Command::NewStack(command) => command.run(output),
         Command::SelfTest(command) => command.run(output),
         Command::Controller(command) => command.run(output),
+        Command::Schema(command) => command.run(output),
         Command::Explain(command) => command.run(output),
         Command::Doctor(command) => command.run(output),
         Command::Completions(command) => command.run(output),

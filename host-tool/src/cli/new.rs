@@ -1,4 +1,4 @@
-//! `vitrine new`: starts an exhibit with the bundled photographs.
+//! `vitrine new`: starts an exhibit with the bundled photographs, or with one's own.
 
 use std::path::PathBuf;
 
@@ -8,25 +8,51 @@ use vitrine::starter;
 
 use super::output::Output;
 
-/// Start an exhibit: a folder with a commented exhibit.toml and three photographs.
+/// Start an exhibit: a folder with a commented exhibit.toml and pictures.
 #[derive(Args)]
-#[command(
-    after_help = "Examples:\n  vitrine new my-exhibit\n  vitrine design my-exhibit/exhibit.toml -o build"
-)]
+#[command(after_help = "\
+Examples:
+  vitrine new my-exhibit                    three bundled photographs, to be replaced
+  vitrine new my-exhibit --from photos      the pictures in photos, from the right to the left by name
+  vitrine check my-exhibit/exhibit.toml     says how well each will be seen, and what would help
+  vitrine design my-exhibit/exhibit.toml -o build")]
 pub(super) struct New {
     /// The folder to make; it must not exist, or be empty.
     folder: PathBuf,
+    /// Show the pictures in this folder: 1 to 16 PNG, JPEG, TIFF or WebP files, which are copied.
+    #[arg(long, value_name = "PHOTOS")]
+    from: Option<PathBuf>,
+    /// Only tell which files would be written.
+    #[arg(long)]
+    dry_run: bool,
 }
 
 impl New {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
-        let files = starter::write(&self.folder)?;
+        let own = self.from.as_deref().map(starter::own_pictures).transpose()?;
         let exhibit = self.folder.join("exhibit.toml");
-        output.result(&serde_json::json!({ "folder": self.folder, "files": files }), || {
+        if self.dry_run {
+            starter::check_place(&self.folder)?;
+            let pictures = match own {
+                Some(own) => own.into_iter().map(|picture| picture.file_name).collect(),
+                None => starter::PHOTOGRAPHS.map(|(name, _)| name.to_owned()).to_vec(),
+            };
+            let names = [vec!["exhibit.toml".to_owned(), starter::SCHEMA_NAME.to_owned()], pictures].concat();
+            output.result(
+                &serde_json::json!({ "folder": self.folder, "files": names, "written": false }),
+                || format!("would write {} into {}", names.join(", "), self.folder.display()),
+            );
+            return Ok(());
+        }
+        let files = match own {
+            Some(own) => starter::write_own(&self.folder, own)?,
+            None => starter::write(&self.folder)?,
+        };
+        output.result(&serde_json::json!({ "folder": self.folder, "files": files, "written": true }), || {
             exhibit.display().to_string()
         });
         output.note(&format!(
-            "Next: vitrine design {} -o {}",
+            "Next: vitrine check {0}, then vitrine design {0} -o {1}",
             exhibit.display(),
             self.folder.join("build").display()
         ));

@@ -6,7 +6,7 @@ use toml::de::DeValue;
 use vitrine_exhibit::plan::calendar::MAX_CLOSED;
 
 use super::exhibit::{CalendarSettings, ScheduleRule};
-use super::problem::Problem;
+use super::problem::Problems;
 use super::reader::{Bounds, Placed, TableReader};
 use super::zone;
 
@@ -15,7 +15,7 @@ const DAYS_WANTED: &str = "days such as \"mon\", \"tue-fri\" or \"daily\", or a 
 const MINUTES_A_DAY: u16 = 24 * 60;
 
 /// `[calendar]`.
-pub(super) fn calendar(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> CalendarSettings {
+pub(super) fn calendar(mut reader: TableReader<'_>, problems: &mut Problems) -> CalendarSettings {
     let mut time_zone = "UTC".to_owned();
     if let Some(text) = reader.text("time_zone") {
         match zone::time_zone(text.value) {
@@ -63,7 +63,7 @@ fn zone_help(wrong: &str) -> String {
 }
 
 /// One `[[schedule]]`.
-pub(super) fn schedule_rule(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> ScheduleRule {
+pub(super) fn schedule_rule(mut reader: TableReader<'_>, problems: &mut Problems) -> ScheduleRule {
     let days = days(&mut reader);
     let from = time(&mut reader, "from", 0);
     let to = time(&mut reader, "to", MINUTES_A_DAY);

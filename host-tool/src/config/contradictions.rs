@@ -16,7 +16,7 @@ use vitrine_exhibit::schedule::{LocalTime, date_of, day_of, holds, local_time, w
 use vitrine_exhibit::units::{Level, UtcSeconds};
 
 use super::exhibit::Exhibit;
-use super::problem::Problem;
+use super::problem::{Problem, Problems};
 
 /// A week, and a day before it whose rules may run over midnight.
 const PERIOD_DAYS: u32 = 8;
@@ -24,7 +24,7 @@ const PERIOD_DAYS: u32 = 8;
 const SOME_DAY: Date = Date { year: 2026, month: 6, day: 1 };
 
 /// Notes every contradiction of an `exhibit` whose keys are all right by themselves; `root` is the file.
-pub(super) fn find(exhibit: &Exhibit, root: &DeTable<'_>, problems: &mut Vec<Problem>) {
+pub(super) fn find(exhibit: &Exhibit, root: &DeTable<'_>, problems: &mut Problems) {
     let places = Places { root };
     let Ok(calendar) = exhibit.plan_calendar() else { return };
     let moments = moments(&calendar);
@@ -135,7 +135,7 @@ fn find_in_schedule(
     calendar: &Calendar,
     moments: &[LocalTime],
     places: &Places<'_>,
-    problems: &mut Vec<Problem>,
+    problems: &mut Problems,
 ) {
     let reaches = reaches(calendar, moments);
     let level = |at: usize| {
@@ -241,7 +241,7 @@ fn is_ambiguous(earlier: (&ScheduleRule, &Reach), later: (&ScheduleRule, &Reach)
         && !(fewer_days || narrower || within(&of_second.holds, &of_first.holds))
 }
 
-fn find_in_closed_days(exhibit: &Exhibit, places: &Places<'_>, problems: &mut Vec<Problem>) {
+fn find_in_closed_days(exhibit: &Exhibit, places: &Places<'_>, problems: &mut Problems) {
     if exhibit.schedule.is_empty() {
         return;
     }

@@ -7,8 +7,8 @@ use toml::de::{DeTable, DeValue};
 use vitrine_exhibit::plan::calendar::MAX_RULES;
 
 use super::exhibit::Exhibit;
-use super::problem::{ConfigError, Problem};
-use super::reader::TableReader;
+use super::problem::{ConfigError, Problem, Problems};
+use super::reader::{AskedKey, TableReader};
 use super::{calendar, contradictions, tables, visitors};
 
 /// Reads the exhibit.toml at `path` and looks whether its pictures are there.
@@ -27,7 +27,8 @@ pub fn load(path: &Path) -> Result<Exhibit, ConfigError> {
 /// Fails with all problems of the text at once.
 pub fn parse(path: &Path, text: &str) -> Result<Exhibit, ConfigError> {
     let (root, syntax_errors) = DeTable::parse_recoverable(text);
-    let mut problems: Vec<Problem> = syntax_errors.iter().map(syntax_problem).collect();
+    let mut problems = Problems::default();
+    syntax_errors.iter().for_each(|error| problems.push(syntax_problem(error)));
     if problems.is_empty() {
         let folder = path.parent().unwrap_or(Path::new(""));
         let exhibit = read_root(root.get_ref(), folder, &mut problems);
@@ -38,7 +39,15 @@ pub fn parse(path: &Path, text: &str) -> Result<Exhibit, ConfigError> {
             return Ok(exhibit);
         }
     }
-    Err(ConfigError::invalid(path, text, problems))
+    Err(ConfigError::invalid(path, text, problems.into_found()))
+}
+
+/// The keys that are asked for when `text` is read, whatever is wrong with it.
+pub(super) fn asked_keys(text: &str) -> Vec<AskedKey> {
+    let (root, _) = DeTable::parse_recoverable(text);
+    let mut problems = Problems::default();
+    read_root(root.get_ref(), Path::new(""), &mut problems);
+    problems.into_asked()
 }
 
 fn syntax_problem(error: &toml::de::Error) -> Problem {
@@ -52,7 +61,7 @@ fn syntax_problem(error: &toml::de::Error) -> Problem {
 }
 
 /// Reads every table. The exhibit is only of use where no problem was noted.
-fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Vec<Problem>) -> Option<Exhibit> {
+fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Problems) -> Option<Exhibit> {
     let mut reader = TableReader::new("exhibit.toml", Some(root), 0..0);
     let mut section = |name: &'static str, display: &'static str| section(&mut reader, name, display);
 

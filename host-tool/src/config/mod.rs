@@ -14,6 +14,7 @@ mod plan;
 mod problem;
 mod reader;
 mod request;
+mod schema;
 mod tables;
 mod visitors;
 mod zone;
@@ -30,6 +31,7 @@ pub use plan::{PlanPairs, emphasis};
 pub use problem::{ConfigError, Problem};
 pub use reader::closest;
 pub use request::distance;
+pub use schema::schema;
 pub use zone::{ZoneError, time_zone};
 
 #[cfg(test)]

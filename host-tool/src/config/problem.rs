@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
 
+use super::reader::AskedKey;
+
 /// One thing wrong in exhibit.toml.
 #[derive(Clone, Debug, Error)]
 #[error("{message}")]
@@ -47,6 +49,41 @@ impl Diagnostic for Problem {
     fn labels(&self) -> Option<Box<dyn Iterator<Item = miette::LabeledSpan> + '_>> {
         let label = (!self.label.is_empty()).then(|| self.label.clone());
         Some(Box::new(std::iter::once(miette::LabeledSpan::new_with_span(label, self.span))))
+    }
+}
+
+/// What the reading of one exhibit.toml has found: what is wrong with it, and which keys were asked for.
+#[derive(Debug, Default)]
+pub(super) struct Problems {
+    found: Vec<Problem>,
+    asked: Vec<AskedKey>,
+}
+
+impl Problems {
+    /// Notes a problem.
+    pub(super) fn push(&mut self, problem: Problem) {
+        self.found.push(problem);
+    }
+
+    /// Takes over what the reading of one table has found.
+    pub(super) fn take_over(&mut self, problems: Vec<Problem>, asked: Vec<AskedKey>) {
+        self.found.extend(problems);
+        self.asked.extend(asked);
+    }
+
+    /// Whether nothing is wrong.
+    pub(super) fn is_empty(&self) -> bool {
+        self.found.is_empty()
+    }
+
+    /// All that is wrong.
+    pub(super) fn into_found(self) -> Vec<Problem> {
+        self.found
+    }
+
+    /// The keys that were asked for, table by table; a key that was asked for in two ways stands in it twice.
+    pub(super) fn into_asked(self) -> Vec<AskedKey> {
+        self.asked
     }
 }
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::problem::Problem;
+use super::problem::{Problem, Problems};
 
 /// What numbers a key takes.
 #[derive(Clone, Copy)]
@@ -26,19 +26,45 @@ pub(super) struct Placed<T> {
     pub(super) span: Range<usize>,
 }
 
+/// What a key was asked to be.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Wanted {
+    /// A number within bounds.
+    Number { least: f64, most: f64, whole: bool },
+    /// A text.
+    Text,
+    /// A truth value.
+    Truth,
+    /// One of these texts.
+    Choice(Vec<&'static str>),
+    /// Of a form of its own, see `super::schema`.
+    Special,
+}
+
+/// A key that was asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct AskedKey {
+    /// The table as messages call it, such as `[stack]` or `[[view]]`; `exhibit.toml` for the tables themselves.
+    pub(super) table: String,
+    /// The key.
+    pub(super) key: &'static str,
+    /// What it was asked to be.
+    pub(super) wanted: Wanted,
+}
+
 /// One table, read key by key.
 pub(super) struct TableReader<'a> {
     name: &'a str,
     table: Option<&'a DeTable<'a>>,
     span: Range<usize>,
-    known: Vec<&'static str>,
+    asked: Vec<AskedKey>,
     problems: Vec<Problem>,
 }
 
 impl<'a> TableReader<'a> {
     /// Reads `table`, called `name` in messages; `None` stands for a table left out.
     pub(super) fn new(name: &'a str, table: Option<&'a DeTable<'a>>, span: Range<usize>) -> Self {
-        Self { name, table, span, known: Vec::new(), problems: Vec::new() }
+        Self { name, table, span, asked: Vec::new(), problems: Vec::new() }
     }
 
     /// The place of the whole table.
@@ -48,7 +74,11 @@ impl<'a> TableReader<'a> {
 
     /// The value of `key`, whatever its type.
     pub(super) fn raw(&mut self, key: &'static str) -> Option<&'a Spanned<DeValue<'a>>> {
-        self.known.push(key);
+        self.value(key, Wanted::Special)
+    }
+
+    fn value(&mut self, key: &'static str, wanted: Wanted) -> Option<&'a Spanned<DeValue<'a>>> {
+        self.asked.push(AskedKey { table: self.name.to_owned(), key, wanted });
         self.table?.get(key)
     }
 
@@ -82,7 +112,8 @@ impl<'a> TableReader<'a> {
 
     /// A finite number within `bounds`, if the key is there and right.
     pub(super) fn placed_number(&mut self, key: &'static str, bounds: Bounds) -> Option<Placed<f64>> {
-        let value = self.raw(key)?;
+        let wanted = Wanted::Number { least: bounds.least, most: bounds.most, whole: false };
+        let value = self.value(key, wanted)?;
         let Some(number) = as_number(value.get_ref()) else {
             self.report_type(key, value, "a number");
             return None;
@@ -116,7 +147,8 @@ impl<'a> TableReader<'a> {
 
     /// A whole number within `bounds`, or `default`.
     pub(super) fn whole(&mut self, key: &'static str, default: u32, bounds: Bounds) -> u32 {
-        let Some(value) = self.raw(key) else { return default };
+        let wanted = Wanted::Number { least: bounds.least, most: bounds.most, whole: true };
+        let Some(value) = self.value(key, wanted) else { return default };
         let Some(number) = as_whole(value.get_ref()) else {
             self.report_type(key, value, "a whole number");
             return default;
@@ -129,7 +161,11 @@ impl<'a> TableReader<'a> {
 
     /// A text, if the key is there and right.
     pub(super) fn text(&mut self, key: &'static str) -> Option<Placed<&'a str>> {
-        let value = self.raw(key)?;
+        self.text_of(key, Wanted::Text)
+    }
+
+    fn text_of(&mut self, key: &'static str, wanted: Wanted) -> Option<Placed<&'a str>> {
+        let value = self.value(key, wanted)?;
         match value.get_ref().as_str() {
             Some(text) => Some(Placed { value: text, span: value.span() }),
             None => {
@@ -141,7 +177,7 @@ impl<'a> TableReader<'a> {
 
     /// A truth value, or `default`.
     pub(super) fn truth(&mut self, key: &'static str, default: bool) -> bool {
-        let Some(value) = self.raw(key) else { return default };
+        let Some(value) = self.value(key, Wanted::Truth) else { return default };
         match value.get_ref().as_bool() {
             Some(truth) => truth,
             None => {
@@ -153,7 +189,8 @@ impl<'a> TableReader<'a> {
 
     /// One of the `choices`, the first where the key is left out.
     pub(super) fn choice<T: Copy>(&mut self, key: &'static str, choices: &[(&'static str, T)]) -> Option<T> {
-        let Some(text) = self.text(key) else { return choices.first().map(|choice| choice.1) };
+        let wanted = Wanted::Choice(choices.iter().map(|choice| choice.0).collect());
+        let Some(text) = self.text_of(key, wanted) else { return choices.first().map(|choice| choice.1) };
         if let Some(choice) = choices.iter().find(|choice| choice.0 == text.value) {
             return Some(choice.1);
         }
@@ -180,15 +217,16 @@ impl<'a> TableReader<'a> {
     }
 
     /// Ends the table: what is left in it is unknown.
-    pub(super) fn finish(mut self, problems: &mut Vec<Problem>) {
+    pub(super) fn finish(mut self, problems: &mut Problems) {
+        let known: Vec<&'static str> = self.asked.iter().map(|asked| asked.key).collect();
         for (key, _) in self.table.into_iter().flat_map(|table| table.iter()) {
             let name: &str = key.get_ref();
-            if self.known.contains(&name) {
+            if known.contains(&name) {
                 continue;
             }
-            let help = match closest(name, &self.known) {
+            let help = match closest(name, &known) {
                 Some(known) => format!("did you mean `{known}`?"),
-                None => format!("{} knows {}", self.name, self.known.join(", ")),
+                None => format!("{} knows {}", self.name, known.join(", ")),
             };
             let message = format!("unknown key `{name}` in {}", self.name);
             self.problems.push(Problem::new(
@@ -199,7 +237,7 @@ impl<'a> TableReader<'a> {
                 help,
             ));
         }
-        problems.append(&mut self.problems);
+        problems.take_over(self.problems, self.asked);
     }
 }
 

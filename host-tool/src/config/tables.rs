@@ -13,7 +13,7 @@ use super::exhibit::{
     BelowFloorSetting, DesignSettings, FrameSetting, LampSetting, LampSettings, LimitSettings, MethodSetting,
     OpticsSetting, PrintSettings, StackSettings, ToneSetting, ViewSettings, ViewerSettings,
 };
-use super::problem::Problem;
+use super::problem::{Problem, Problems};
 use super::reader::{Bounds, TableReader, as_number, as_whole};
 use super::{ink, materials};
 use crate::picture::Picture;
@@ -38,7 +38,7 @@ const fn bounds(least: f64, most: f64, reason: &'static str) -> Bounds {
 }
 
 /// `[exhibit]`: the name.
-pub(super) fn exhibit(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> String {
+pub(super) fn exhibit(mut reader: TableReader<'_>, problems: &mut Problems) -> String {
     let mut name = "Vitrine".to_owned();
     if let Some(text) = reader.text("name") {
         if text.value.trim().is_empty() || text.value.len() > LONGEST_NAME {
@@ -53,7 +53,7 @@ pub(super) fn exhibit(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) 
 }
 
 /// `[stack]`.
-pub(super) fn stack(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> StackSettings {
+pub(super) fn stack(mut reader: TableReader<'_>, problems: &mut Problems) -> StackSettings {
     let films = reader.whole("films", 20, bounds(1.0, 200.0, "the paper's stack has 20"));
     let pixels = pixels(&mut reader);
     let (film, spacer) = materials::materials(&mut reader);
@@ -133,7 +133,7 @@ fn distance(reader: &mut TableReader<'_>, stack: &StackSettings, left_out: Optio
 pub(super) fn viewer(
     mut reader: TableReader<'_>,
     stack: &StackSettings,
-    problems: &mut Vec<Problem>,
+    problems: &mut Problems,
 ) -> ViewerSettings {
     let distance_mm = distance(&mut reader, stack, None);
     let frame = reader.choice("frame", &[("film", FrameSetting::Film), ("viewer", FrameSetting::Viewer)]);
@@ -142,7 +142,7 @@ pub(super) fn viewer(
 }
 
 /// `[design]`. Without absorption there are no misplaced films either, unless the file says so.
-pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> DesignSettings {
+pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Problems) -> DesignSettings {
     let method = reader.choice(
         "method",
         &[("least-squares", MethodSetting::LeastSquares), ("product", MethodSetting::Product)],
@@ -223,7 +223,7 @@ pub(super) struct Surroundings<'a> {
 pub(super) fn views(
     entries: Vec<(Range<usize>, &DeTable<'_>)>,
     surroundings: Surroundings<'_>,
-    problems: &mut Vec<Problem>,
+    problems: &mut Problems,
 ) -> Vec<ViewSettings> {
     let mut seen = HashMap::new();
     let mut views: Vec<ViewSettings> = Vec::new();
@@ -270,7 +270,7 @@ fn view(
     mut reader: TableReader<'_>,
     surroundings: Surroundings<'_>,
     seen: &mut HashMap<String, Range<usize>>,
-    problems: &mut Vec<Problem>,
+    problems: &mut Problems,
 ) -> Option<ViewSettings> {
     let id = view_id(&mut reader, seen);
     let pattern = view_picture(&mut reader, "pattern", surroundings.folder);
@@ -377,7 +377,7 @@ fn report_missing(reader: &mut TableReader<'_>, key: &'static str, example: &str
 }
 
 /// `[print]`.
-pub(super) fn print(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> PrintSettings {
+pub(super) fn print(mut reader: TableReader<'_>, problems: &mut Problems) -> PrintSettings {
     let dpi = bounds(72.0, 50_000.0, "the paper's printer has 5760 x 1440");
     let mut inks = ["red", "green", "blue"].map(str::to_owned);
     if let Some(items) = reader.array("inks", "three names") {
@@ -425,7 +425,7 @@ fn levels(reader: &mut TableReader<'_>) -> Option<u16> {
 }
 
 /// `[lamps]`.
-pub(super) fn lamps(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> LampSettings {
+pub(super) fn lamps(mut reader: TableReader<'_>, problems: &mut Problems) -> LampSettings {
     let (hardware, firmware) = (watts(limits::HARDWARE_CEILING), watts(limits::CEILING));
     let irradiance = bounds(0.01, hardware, "the sense resistors hold a lamp to 50 W/m2");
     let ceiling = bounds(0.01, firmware, "the firmware cuts above 20 W/m2");
@@ -506,7 +506,7 @@ fn calibration(reader: &mut TableReader<'_>) -> Vec<[f64; 2]> {
 }
 
 /// `[limits]`: never more than the firmware's own.
-pub(super) fn limits(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> LimitSettings {
+pub(super) fn limits(mut reader: TableReader<'_>, problems: &mut Problems) -> LimitSettings {
     const KINDER: &str = "the firmware's own limit is the most; a plan may only ask for less";
     let (day, life) = (joules(limits::DAILY_DOSE), joules(limits::LIFE_DOSE));
     let (continuous, rest) = (seconds(limits::CONTINUOUS), seconds(limits::REST));

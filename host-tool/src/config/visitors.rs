@@ -7,7 +7,7 @@ use vitrine_exhibit::units::{CentiDegrees, Milliseconds};
 use super::exhibit::{
     BetweenSetting, PagingSetting, PolicySetting, PresenceSettings, SensorSetting, VisitorSettings,
 };
-use super::problem::Problem;
+use super::problem::Problems;
 use super::reader::{Bounds, TableReader, as_number};
 
 const ANGLE: Bounds = Bounds { least: 0.0, most: 20.0, reason: "views stand 20 degrees apart and more" };
@@ -22,7 +22,7 @@ const fn time(least: f64, most: f64) -> Bounds {
 }
 
 /// `[visitors]`.
-pub(super) fn visitors(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> VisitorSettings {
+pub(super) fn visitors(mut reader: TableReader<'_>, problems: &mut Problems) -> VisitorSettings {
     let defaults = plan::ViewerSettings::default();
     let sensor = reader.choice(
         "sensor",
@@ -71,7 +71,7 @@ pub(super) fn visitors(mut reader: TableReader<'_>, problems: &mut Vec<Problem>)
 }
 
 /// `[presence]`.
-pub(super) fn presence(mut reader: TableReader<'_>, problems: &mut Vec<Problem>) -> PresenceSettings {
+pub(super) fn presence(mut reader: TableReader<'_>, problems: &mut Problems) -> PresenceSettings {
     let defaults = plan::PresenceSettings::default();
     let part = Bounds { least: 0.0, most: 1.0, reason: "it is a part of the neutral pair" };
     let idle_level = (f64::from(defaults.idle_level.0) / f64::from(u16::MAX) * 1000.0).round() / 1000.0;

@@ -1,14 +1,23 @@
-//! What an exhibit starts from: a commented exhibit.toml and the bundled photographs.
+//! What an exhibit starts from: a commented exhibit.toml with its schema, and the bundled photographs or one's own.
+
+mod own;
 
 use std::path::{Path, PathBuf};
 
 use miette::Diagnostic;
 use thiserror::Error;
 
+pub use own::{OwnPicture, own_pictures};
+
 use crate::build_folder::WholeFolder;
+use crate::config;
+use crate::picture::PictureError;
 
 /// The commented exhibit.toml; every key is in it with its default.
 pub const EXHIBIT_TOML: &str = include_str!("exhibit.toml");
+
+/// The name of the schema that exhibit.toml's first line points editors to.
+pub const SCHEMA_NAME: &str = "exhibit.schema.json";
 
 /// The bundled photographs by file name; their terms are in `photos/README.md`.
 pub const PHOTOGRAPHS: [(&str, &[u8]); 4] = [
@@ -37,26 +46,87 @@ pub enum StarterError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The folder of pictures cannot be read.
+    #[error("cannot read the folder {}", path.display())]
+    #[diagnostic(code("vitrine::new::unreadable"), help("name a folder with the pictures to be shown"))]
+    Unreadable {
+        /// The folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The folder holds no picture, or more than a plan holds views.
+    #[error("{} holds {found} pictures, but an exhibit shows 1 to {most}", path.display())]
+    #[diagnostic(
+        code("vitrine::new::picture_count"),
+        help(
+            "put the PNG, JPEG, TIFF or WebP files that are to be shown into the folder, and no others; two to four show best"
+        )
+    )]
+    PictureCount {
+        /// The folder.
+        path: PathBuf,
+        /// Pictures in it.
+        found: usize,
+        /// The most views of a plan.
+        most: usize,
+    },
+    /// One of the pictures cannot be used.
+    #[error(transparent)]
+    #[diagnostic(code("vitrine::new::picture"), help("mend the file or take it out of the folder"))]
+    Picture(#[from] PictureError),
 }
 
-/// Writes the exhibit into `folder`, whole or not at all, and gives the names of its files.
+/// Writes an exhibit with the bundled photographs into `folder`, whole or not at all, and gives the names of its files.
 ///
 /// # Errors
 /// Fails when the folder is not empty or cannot be written.
-pub fn write(folder: &Path) -> Result<Vec<&'static str>, StarterError> {
+pub fn write(folder: &Path) -> Result<Vec<String>, StarterError> {
+    let pictures = PHOTOGRAPHS.map(|(name, bytes)| (name.to_owned(), bytes.to_owned()));
+    write_with(folder, EXHIBIT_TOML, &pictures)
+}
+
+/// Writes an exhibit that shows `pictures` to directions spread evenly from left to right into `folder`, whole or not at
+/// all, and gives the names of its files.
+///
+/// # Errors
+/// Fails when the folder is not empty or cannot be written.
+pub fn write_own(folder: &Path, pictures: Vec<OwnPicture>) -> Result<Vec<String>, StarterError> {
+    let name = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let text = own::exhibit_toml(&name, &pictures);
+    let files: Vec<_> = pictures.into_iter().map(|picture| (picture.file_name, picture.bytes)).collect();
+    write_with(folder, &text, &files)
+}
+
+/// Looks whether an exhibit may be put into `folder`.
+///
+/// # Errors
+/// Fails when something is there.
+pub fn check_place(folder: &Path) -> Result<(), StarterError> {
+    if std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) || folder.is_file() {
+        return Err(StarterError::NotEmpty(folder.to_owned()));
+    }
+    Ok(())
+}
+
+fn write_with(
+    folder: &Path,
+    exhibit_toml: &str,
+    pictures: &[(String, Vec<u8>)],
+) -> Result<Vec<String>, StarterError> {
     let at = |path: &Path| {
         let path = path.to_owned();
         move |source| StarterError::Write { path, source }
     };
-    if std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()) || folder.is_file() {
-        return Err(StarterError::NotEmpty(folder.to_owned()));
-    }
+    check_place(folder)?;
+    let schema = serde_json::to_vec_pretty(&config::schema()).unwrap_or_default();
     let beside = WholeFolder::beside(folder).map_err(at(folder))?;
-    let mut names = vec!["exhibit.toml"];
-    beside.write("exhibit.toml", EXHIBIT_TOML.as_bytes()).map_err(at(&folder.join("exhibit.toml")))?;
-    for (name, bytes) in PHOTOGRAPHS {
+    let mut names = Vec::new();
+    let texts = [("exhibit.toml", exhibit_toml.as_bytes()), (SCHEMA_NAME, &schema)];
+    let pictures = pictures.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
+    for (name, bytes) in texts.into_iter().chain(pictures) {
         beside.write(name, bytes).map_err(at(&folder.join(name)))?;
-        names.push(name);
+        names.push(name.to_owned());
     }
     beside.commit().map_err(at(folder))?;
     Ok(names)

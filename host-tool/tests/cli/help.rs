@@ -113,3 +113,30 @@ fn the_commands_of_the_readme_work() {
         }
     }
 }
+
+#[test]
+fn an_exhibit_starts_from_a_folder_of_pictures() {
+    let workshop = Workshop::new();
+    std::fs::create_dir(workshop.path("photos")).unwrap();
+    let none = workshop.run(&["new", "mine", "--from", "photos"]);
+    assert!(none.stderr.contains("vitrine::new::picture_count"), "{}", none.stderr);
+    for name in ["cat.jpg", "coffee.jpg", "rocket.jpg"] {
+        std::fs::rename(workshop.path(name), workshop.path("photos").join(name)).unwrap();
+    }
+    let dry: Value =
+        serde_json::from_str(&workshop.succeed(&["new", "mine", "--from", "photos", "--dry-run", "--json"]))
+            .unwrap();
+    assert_eq!(dry["files"].as_array().unwrap().len(), 5);
+    assert!(!workshop.path("mine").exists());
+    workshop.succeed(&["new", "mine", "--from", "photos"]);
+    let expected = ["cat.jpg", "coffee.jpg", "exhibit.schema.json", "exhibit.toml", "rocket.jpg"];
+    assert_eq!(names(&workshop.path("mine")), expected);
+    let text = std::fs::read_to_string(workshop.path("mine/exhibit.toml")).unwrap();
+    assert!(text.starts_with("#:schema ./exhibit.schema.json\n"), "{text}");
+    workshop.succeed(&["check", "mine/exhibit.toml", "--quick"]);
+    let schema: Value = serde_json::from_str(&workshop.succeed(&["schema"])).unwrap();
+    assert!(schema["properties"]["view"]["items"]["properties"]["horizontal_deg"].is_object());
+    workshop.write("photos/cut.png", b"\x89PNG");
+    let cut = workshop.run(&["new", "other", "--from", "photos"]);
+    assert!(cut.stderr.contains("cut.png") && !workshop.path("other").exists(), "{}", cut.stderr);
+}

@@ -1,38 +1,10 @@
 //! The commands that speak to a controller, against a simulated one in a process of its own.
 
-use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
-use std::process::{Child, Stdio};
 
 use serde_json::Value;
 
-use super::support::Workshop;
-
-/// `vitrine controller` on a free port; ended when dropped.
-struct Simulated {
-    child: Child,
-    address: String,
-}
-
-impl Simulated {
-    fn start(workshop: &Workshop, more: &[&str]) -> Self {
-        let mut arguments = vec!["controller", "--listen", "tcp:0"];
-        arguments.extend(more);
-        let mut command = workshop.command(&arguments);
-        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        Self { child, address: line.trim().to_owned() }
-    }
-}
-
-impl Drop for Simulated {
-    fn drop(&mut self) {
-        // It may have ended already.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
+use super::support::{Simulated, Workshop};
 
 fn built() -> Workshop {
     let workshop = Workshop::small();

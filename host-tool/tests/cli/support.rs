@@ -2,7 +2,8 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Output, Stdio};
 
 /// A temporary folder with the bundled photographs.
 pub(crate) struct Workshop {
@@ -82,6 +83,32 @@ impl Workshop {
     /// Everything in the folder, folders by their name alone.
     pub(crate) fn names(&self) -> Vec<String> {
         names(self.folder.path())
+    }
+}
+
+/// `vitrine controller` on a free port; ended when dropped.
+pub(crate) struct Simulated {
+    pub(crate) child: Child,
+    pub(crate) address: String,
+}
+
+impl Simulated {
+    pub(crate) fn start(workshop: &Workshop, more: &[&str]) -> Self {
+        let mut arguments = vec!["controller", "--listen", "tcp:0"];
+        arguments.extend(more);
+        let mut command = workshop.command(&arguments);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        Self { child, address: line.trim().to_owned() }
+    }
+}
+
+impl Drop for Simulated {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 

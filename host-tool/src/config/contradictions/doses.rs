@@ -7,7 +7,7 @@ use vitrine_exhibit::schedule::{LocalTime, holds};
 use vitrine_exhibit::units::Level;
 
 use super::super::exhibit::Exhibit;
-use super::super::problem::Problem;
+use super::super::problem::Problems;
 use super::{Places, contradiction, minutes_from};
 
 pub(super) fn find(
@@ -15,7 +15,7 @@ pub(super) fn find(
     calendar: &Calendar,
     moments: &[LocalTime],
     places: &Places<'_>,
-    problems: &mut Vec<Problem>,
+    problems: &mut Problems,
 ) {
     find_in_levels(exhibit, calendar, places, problems);
     find_in_rests(exhibit, calendar, moments, places, problems);
@@ -23,7 +23,7 @@ pub(super) fn find(
 }
 
 /// Levels that the driver's floor cuts away altogether.
-fn find_in_levels(exhibit: &Exhibit, calendar: &Calendar, places: &Places<'_>, problems: &mut Vec<Problem>) {
+fn find_in_levels(exhibit: &Exhibit, calendar: &Calendar, places: &Places<'_>, problems: &mut Problems) {
     let lamp = exhibit.lamp_calibration(0);
     for (index, rule) in calendar.rules.iter().enumerate() {
         if exhibit.schedule[index].level > 0.0 && is_cut(&lamp, rule) {
@@ -47,7 +47,7 @@ fn find_in_rests(
     calendar: &Calendar,
     moments: &[LocalTime],
     places: &Places<'_>,
-    problems: &mut Vec<Problem>,
+    problems: &mut Problems,
 ) {
     let limits = &exhibit.limits;
     let shown = [("least_hold_s", exhibit.visitors.least_hold_s), ("fade_s", exhibit.visitors.fade_s)];
@@ -75,7 +75,7 @@ fn find_in_doses(
     calendar: &Calendar,
     moments: &[LocalTime],
     places: &Places<'_>,
-    problems: &mut Vec<Problem>,
+    problems: &mut Problems,
 ) {
     let limits = &exhibit.limits;
     let full_w_m2 = exhibit.lamps.irradiance_w_m2.min(exhibit.lamps.ceiling_w_m2);

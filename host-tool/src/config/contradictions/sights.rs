@@ -4,10 +4,10 @@ use vitrine_exhibit::units::CentiDegrees;
 use vitrine_exhibit::viewer::Bearing;
 
 use super::super::exhibit::{Exhibit, ViewSettings, VisitorSettings};
-use super::super::problem::Problem;
+use super::super::problem::Problems;
 use super::{Places, contradiction};
 
-pub(super) fn find(exhibit: &Exhibit, places: &Places<'_>, problems: &mut Vec<Problem>) {
+pub(super) fn find(exhibit: &Exhibit, places: &Places<'_>, problems: &mut Problems) {
     for (index, view) in exhibit.views.iter().enumerate() {
         for other in exhibit.views.iter().take(index) {
             let apart_deg = f64::from(bearing(view).distance(bearing(other))) / 100.0;

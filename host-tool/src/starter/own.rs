@@ -1,0 +1,186 @@
+//! An exhibit.toml for a folder of one's own pictures.
+
+use std::collections::HashSet;
+use std::fmt::Write;
+use std::path::Path;
+
+use vitrine_exhibit::plan::MAX_VIEWS;
+
+use super::{EXHIBIT_TOML, StarterError};
+use crate::picture::{Picture, PictureError};
+
+/// Endings of the files that are taken for pictures.
+const ENDINGS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "webp"];
+/// The longer side of the films, as in the commented exhibit.toml.
+const PIXELS: f64 = 512.0;
+/// The width of a film that is wider than high, as in the commented exhibit.toml, in mm.
+const WIDTH_MM: f64 = 35.0;
+/// A view's id has at most so many characters.
+const LONGEST_ID: usize = 24;
+
+/// One picture that an exhibit is to show.
+#[derive(Clone, Debug)]
+pub struct OwnPicture {
+    /// Its file's name.
+    pub file_name: String,
+    /// The file.
+    pub bytes: Vec<u8>,
+    /// Width divided by height.
+    pub aspect: f64,
+}
+
+/// Reads the pictures in `folder`, by name.
+///
+/// # Errors
+/// Fails when the folder cannot be read, holds no picture or more than a plan holds views, and when a picture is damaged.
+pub fn own_pictures(folder: &Path) -> Result<Vec<OwnPicture>, StarterError> {
+    let unreadable = |source| StarterError::Unreadable { path: folder.to_owned(), source };
+    let mut paths = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        if path.is_file() && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())) {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    if !(1..=MAX_VIEWS).contains(&paths.len()) {
+        return Err(StarterError::PictureCount {
+            path: folder.to_owned(),
+            found: paths.len(),
+            most: MAX_VIEWS,
+        });
+    }
+    let read = |path: &std::path::PathBuf| -> Result<OwnPicture, StarterError> {
+        let picture = Picture::read(path)?;
+        let bytes =
+            std::fs::read(path).map_err(|cause| PictureError::Unreadable { path: path.clone(), cause })?;
+        let file_name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        Ok(OwnPicture { file_name, bytes, aspect: picture.width() as f64 / picture.height() as f64 })
+    };
+    paths.iter().map(read).collect()
+}
+
+/// The commented exhibit.toml with these pictures as its views, from the right to the left, and films of their shape.
+pub(super) fn exhibit_toml(name: &str, pictures: &[OwnPicture]) -> String {
+    let begin = EXHIBIT_TOML.find("\n[[view]]").map_or(0, |at| at + 1);
+    let end = EXHIBIT_TOML.find("\n[stack]").map_or(EXHIBIT_TOML.len(), |at| at + 1);
+    let mut views = String::new();
+    let mut taken = HashSet::new();
+    for (picture, horizontal_deg) in pictures.iter().zip(angles(pictures.len())) {
+        let id = id(&picture.file_name, &mut taken);
+        let pattern = quoted(&picture.file_name);
+        // Writing to a string does not fail.
+        let _ = write!(
+            views,
+            "[[view]]\nid = \"{id}\"\npattern = {pattern}\nhorizontal_deg = {horizontal_deg:.1}\n\n"
+        );
+    }
+    let [width, height] = shape(pictures);
+    let width_mm = WIDTH_MM * f64::from(width) / PIXELS;
+    let name = if name.is_empty() { "My exhibit" } else { name };
+    let name: String = name.chars().take(24).collect();
+    format!("{}{views}{}", &EXHIBIT_TOML[..begin], &EXHIBIT_TOML[end..])
+        .replace("name = \"Three photographs\"", &format!("name = {}", quoted(&name)))
+        .replace("pixels = 512  ", &format!("pixels = [{width}, {height}]  "))
+        .replace("width_mm = 35.0  ", &format!("width_mm = {width_mm:.1}  "))
+}
+
+/// Directions spread evenly: the further apart, the better views part, and the less of the exhibit's front is theirs.
+fn angles(count: usize) -> impl Iterator<Item = f64> {
+    let widest = match count {
+        1 => 0.0,
+        2 => 25.0,
+        3 => 30.0,
+        4 | 5 => 40.0,
+        _ => 45.0,
+    };
+    let step = 2.0 * widest / (count.max(2) - 1) as f64;
+    (0..count).map(move |index| widest - step * index as f64)
+}
+
+/// Pixels of the films: of the pictures' middle shape, within 1 to 2, so that least is cropped.
+fn shape(pictures: &[OwnPicture]) -> [u32; 2] {
+    let mut aspects: Vec<f64> = pictures.iter().map(|picture| picture.aspect).collect();
+    aspects.sort_by(f64::total_cmp);
+    let aspect = aspects.get(aspects.len() / 2).map_or(1.0, |aspect| aspect.clamp(0.5, 2.0));
+    if aspect >= 1.0 {
+        [PIXELS as u32, (PIXELS / aspect).round() as u32]
+    } else {
+        [(PIXELS * aspect).round() as u32, PIXELS as u32]
+    }
+}
+
+/// An id of the letters and digits of a file's name, which no other view has.
+fn id(file_name: &str, taken: &mut HashSet<String>) -> String {
+    let stem = Path::new(file_name).file_stem().map(|stem| stem.to_string_lossy().to_lowercase());
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' };
+    let id: String = stem.unwrap_or_default().chars().map(plain).take(LONGEST_ID - 3).collect();
+    let id = match id.trim_matches('-') {
+        "" => "view".to_owned(),
+        id => id.to_owned(),
+    };
+    let numbered = (2..).map(|number| format!("{id}-{number}"));
+    let id = std::iter::once(id.clone()).chain(numbered).find(|id| !taken.contains(id)).unwrap_or(id);
+    taken.insert(id.clone());
+    id
+}
+
+/// A text as TOML writes it.
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config;
+
+    fn picture(file_name: &str, aspect: f64) -> OwnPicture {
+        OwnPicture { file_name: file_name.to_owned(), bytes: Vec::new(), aspect }
+    }
+
+    #[test]
+    fn ids_are_plain_and_differ() {
+        let mut taken = HashSet::new();
+        let ids: Vec<String> = ["Ähre 1.JPG", "ähre_1.png", "-.png", "IMG.jpg", "img.png", "img.webp"]
+            .map(|name| id(name, &mut taken))
+            .into();
+        assert_eq!(ids, ["hre-1", "hre_1", "view", "img", "img-2", "img-3"]);
+        let longest = id(&format!("{}.png", "x".repeat(99)), &mut taken);
+        assert!(longest.len() <= LONGEST_ID);
+    }
+
+    #[test]
+    fn views_are_spread_from_right_to_left() {
+        assert_eq!(angles(1).collect::<Vec<_>>(), [0.0]);
+        assert_eq!(angles(3).collect::<Vec<_>>(), [30.0, 0.0, -30.0]);
+        let many: Vec<f64> = angles(16).collect();
+        assert_eq!((many[0], many[15]), (45.0, -45.0));
+    }
+
+    #[test]
+    fn the_file_is_valid_whatever_the_pictures_are_called() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = ["a \"quoted\" \\ one.jpg", "b.jpg", "c.jpg", "[[view]].jpg"];
+        for name in names {
+            std::fs::write(folder.path().join(name), super::super::PHOTOGRAPHS[0].1).unwrap();
+        }
+        let pictures = own_pictures(folder.path()).unwrap();
+        assert_eq!(pictures.iter().map(|picture| picture.aspect).collect::<Vec<_>>(), [1.0; 4]);
+        let text = exhibit_toml("My \"own\"", &pictures);
+        let exhibit = config::parse(&folder.path().join("exhibit.toml"), &text).unwrap();
+        assert_eq!(exhibit.name, "My \"own\"");
+        assert_eq!(exhibit.views.len(), 4);
+        assert_eq!(exhibit.stack.pixels, [512, 512]);
+        assert_eq!(exhibit.views[0].horizontal_deg, 40.0);
+    }
+
+    #[test]
+    fn films_have_the_shape_of_the_pictures() {
+        let text = exhibit_toml("", &[picture("a.png", 1.5), picture("b.png", 1.5), picture("c.png", 0.1)]);
+        assert!(text.contains("pixels = [512, 341]") && text.contains("width_mm = 35.0"), "{text}");
+        let text = exhibit_toml("", &[picture("a.png", 0.75)]);
+        assert!(text.contains("pixels = [384, 512]") && text.contains("width_mm = 26.2"), "{text}");
+    }
+}

@@ -1,0 +1,95 @@
+//! The book's commands, each chapter's in its order, in a folder of its own with a simulated controller at hand.
+
+use std::path::{Path, PathBuf};
+
+use super::support::{SMALL, Simulated, Workshop};
+
+/// The chapters, by their path in the book.
+fn chapters(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            chapters(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "md") {
+            found.push(path);
+        }
+    }
+}
+
+fn book() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("book/src")
+}
+
+/// The lines of a chapter's `sh` blocks.
+fn commands(text: &str) -> Vec<String> {
+    let mut inside = false;
+    let mut commands = Vec::new();
+    for line in text.lines() {
+        match (inside, line) {
+            (false, "```sh") => inside = true,
+            (true, "```") => inside = false,
+            (true, command) => commands.push(command.to_owned()),
+            _ => {}
+        }
+    }
+    commands
+}
+
+/// Makes the exhibit that `vitrine new` wrote small, so that its design is quick.
+fn shrink(workshop: &Workshop, folder: &str) {
+    let exhibit = format!("{folder}/exhibit.toml");
+    let text = std::fs::read_to_string(workshop.path(&exhibit)).unwrap();
+    let pixels = text.lines().find(|line| line.starts_with("pixels = ")).unwrap();
+    let small = text.replace(pixels, "pixels = 48").replace("\"least-squares\"", "\"product\"");
+    workshop.write(&exhibit, small);
+}
+
+#[test]
+fn the_books_commands_work() {
+    let mut paths = Vec::new();
+    chapters(&book(), &mut paths);
+    let mut run = 0;
+    for path in paths {
+        let commands = commands(&std::fs::read_to_string(&path).unwrap());
+        if commands.is_empty() {
+            continue;
+        }
+        let workshop = Workshop::small();
+        std::fs::create_dir(workshop.path("photos")).unwrap();
+        for name in ["cat.jpg", "coffee.jpg"] {
+            std::fs::copy(workshop.path(name), workshop.path("photos").join(name)).unwrap();
+        }
+        workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+        let simulated = Simulated::start(&workshop, &[]);
+        workshop.succeed(&["upload", "build", "--to", &simulated.address]);
+        workshop.succeed(&["clock", "--set", "--to", &simulated.address]);
+        for command in commands {
+            let mut words: Vec<&str> = command.split_whitespace().collect();
+            assert_eq!(words.remove(0), "vitrine", "{}: {command}", path.display());
+            let finished = workshop.run(&words);
+            assert_eq!(finished.code, Some(0), "{}: {command}: {}", path.display(), finished.stderr);
+            run += 1;
+            if words[0] == "new" {
+                shrink(&workshop, words[1]);
+            }
+        }
+    }
+    assert!(run >= 30, "{run}");
+    assert!(SMALL.contains("coffee"));
+}
+
+#[test]
+fn every_chapter_is_in_the_summary_and_every_link_leads_somewhere() {
+    let mut paths = Vec::new();
+    chapters(&book(), &mut paths);
+    let summary = std::fs::read_to_string(book().join("SUMMARY.md")).unwrap();
+    for path in &paths {
+        let name = path.strip_prefix(book()).unwrap().to_str().unwrap();
+        assert!(name == "SUMMARY.md" || summary.contains(&format!("({name})")), "{name}");
+        let text = std::fs::read_to_string(path).unwrap();
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(link, _)| link) {
+            let there = path.parent().unwrap().join(link).exists();
+            assert!(there || link.starts_with("http"), "{name}: {link}");
+        }
+    }
+}
