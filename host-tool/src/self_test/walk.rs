@@ -73,7 +73,7 @@ impl Walk {
         self.clock(&status);
         self.supply(&status);
         self.temperatures(&status);
-        self.viewer_sensors(&status);
+        self.viewer_sensors(client)?;
         self.interlock_at_rest(&status);
         self.lamps(client)?;
         self.door(client, person)?;
@@ -146,10 +146,13 @@ impl Walk {
         }
     }
 
-    fn viewer_sensors(&mut self, status: &Status) {
-        let credible = status.snapshot.presence != Presence::Unknown;
+    /// After a start they first learn what the empty room looks like.
+    fn viewer_sensors(&mut self, client: &mut Client) -> Result<(), LinkError> {
+        let credible =
+            look(client, LAMP_PATIENCE, |status| status.snapshot.presence != Presence::Unknown)?.is_ok();
         let found = if credible { "give credible frames" } else { "give nothing credible" };
         self.add("viewer sensors", Verdict::of(credible), found);
+        Ok(())
     }
 
     fn interlock_at_rest(&mut self, status: &Status) {

@@ -67,7 +67,14 @@ fn the_books_commands_work() {
             let mut words: Vec<&str> = command.split_whitespace().collect();
             assert_eq!(words.remove(0), "vitrine", "{}: {command}", path.display());
             let finished = workshop.run(&words);
-            assert_eq!(finished.code, Some(0), "{}: {command}: {}", path.display(), finished.stderr);
+            assert_eq!(
+                finished.code,
+                Some(0),
+                "{}: {command}: {}{}",
+                path.display(),
+                finished.stdout,
+                finished.stderr
+            );
             run += 1;
             if words[0] == "new" {
                 shrink(&workshop, words[1]);

@@ -1,8 +1,8 @@
 //! A folder to work in, and the command.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
 /// A temporary folder with the bundled photographs.
