@@ -24,7 +24,7 @@ let browser;
 
 function design(build, settings) {
   workshop.write("exhibit.toml", exhibit(workshop, settings));
-  workshop.vitrine("design", "exhibit.toml", "-o", build, "--as-built");
+  workshop.vitrine("design", "exhibit.toml", "-o", build);
 }
 
 async function drawn(page) {

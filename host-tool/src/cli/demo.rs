@@ -11,7 +11,7 @@ use vitrine::demo::{Moment, contact_sheet, walk};
 use vitrine::starter;
 use vitrine::volume::InkDepth;
 
-use super::design::{Effort, design_exhibit};
+use super::design::{Effort, FEW_STACKS, design_exhibit};
 use super::output::Output;
 
 /// A demo is watched while it runs: it stops a few tenths of a dB short of what `vitrine design` reaches.
@@ -67,7 +67,7 @@ impl Demo {
             }
         };
         output.note("Designing the films and the lamp pairs");
-        let effort = Effort { iterations: Some(ITERATIONS), as_built: false };
+        let effort = Effort { iterations: Some(ITERATIONS), stacks: FEW_STACKS };
         let report = design_exhibit(&exhibit, &self.output, InkDepth::Eight, effort, output)?;
         output.note(&report.summary());
         output.note("\nA simulated controller takes the plan, and a viewer walks from left to right");

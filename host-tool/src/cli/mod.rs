@@ -12,13 +12,16 @@ mod frontier;
 mod live;
 mod log;
 mod materials;
+mod model;
 mod new;
 mod outlook;
 mod output;
 mod progress;
 mod requests;
+mod rows;
 mod schema;
 mod self_test;
+mod serve;
 mod setup;
 mod status;
 mod upload;
@@ -66,6 +69,7 @@ enum Command {
     Upload(upload::Upload),
     Status(status::Status),
     Watch(watch::Watch),
+    Serve(serve::Serve),
     Log(log::Log),
     Clock(clock::Clock),
     Hold(requests::Hold),
@@ -118,6 +122,7 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
         Command::Upload(command) => command.run(output),
         Command::Status(command) => command.run(output),
         Command::Watch(command) => command.run(output),
+        Command::Serve(command) => command.run(output),
         Command::Log(command) => command.run(output),
         Command::Clock(command) => command.run(output),
         Command::Hold(command) => command.run(output),

@@ -152,7 +152,7 @@ fn controller(port: &str) -> Option<Value> {
     let status = client.status().ok()?;
     let events = client.log(status.log_next.saturating_sub(LAST_EVENTS)).ok()?;
     Some(json!({
-        "status": super::status::as_json(&client, &status, None),
+        "status": super::status::as_json(client.address(), client.hello(), &status, None),
         "last_events": events.iter().map(|entry| words::event(entry.event)).collect::<Vec<_>>(),
     }))
 }

@@ -6,9 +6,9 @@ use clap::Args;
 use miette::Report;
 use serde_json::{Value, json};
 use vitrine::build_folder::BuildFolder;
-use vitrine::link::Client;
+use vitrine::link::{Address, Client};
 use vitrine_exhibit::units::{CentiCelsius, Dose, Irradiance, Lamp, Level, PerLamp};
-use vitrine_protocol::{Status as Told, plan_file};
+use vitrine_protocol::{Hello, Status as Told, plan_file};
 
 use super::clock::{drift_text, source_text, time_text};
 use super::connect::To;
@@ -39,7 +39,7 @@ impl Status {
         let mut client = self.to.open()?;
         let status = client.status()?;
         let in_sync = built.map(|crc| status.plan.as_ref().is_some_and(|plan| plan.crc == crc));
-        let told = as_json(&client, &status, in_sync);
+        let told = as_json(client.address(), client.hello(), &status, in_sync);
         output.result(&told, || as_text(&client, &status, in_sync));
         Ok(())
     }
@@ -110,7 +110,7 @@ fn both<T>(pair: PerLamp<T>, text: impl Fn(T) -> String) -> String {
 }
 
 /// What a controller tells of itself, with units in the keys.
-pub(super) fn as_json(client: &Client, status: &Told, in_sync: Option<bool>) -> Value {
+pub(super) fn as_json(address: &Address, hello: &Hello, status: &Told, in_sync: Option<bool>) -> Value {
     let snapshot = &status.snapshot;
     let lamp = |which: Lamp| {
         json!({
@@ -125,9 +125,9 @@ pub(super) fn as_json(client: &Client, status: &Told, in_sync: Option<bool>) -> 
         })
     };
     json!({
-        "port": client.address().to_string(),
-        "serial_number": client.hello().serial_number.as_str(),
-        "firmware": client.hello().firmware.as_str(),
+        "port": address.to_string(),
+        "serial_number": hello.serial_number.as_str(),
+        "firmware": hello.firmware.as_str(),
         "exhibit": status.plan.as_ref().map(|plan| plan.name.as_str()),
         "plan_crc": status.plan.as_ref().map(|plan| format!("{:08x}", plan.crc)),
         "runs_this_build": in_sync,

@@ -5,6 +5,7 @@ use vitrine_exhibit::events::{Cut, Event};
 use vitrine_exhibit::interlock::InterlockState;
 use vitrine_exhibit::units::Lamp;
 use vitrine_exhibit::viewer::Bearing;
+use vitrine_protocol::message::LogEntry;
 
 pub(super) fn presence(presence: Presence) -> &'static str {
     match presence {
@@ -52,6 +53,11 @@ pub(super) fn bearing(bearing: Bearing) -> String {
         format!("{degrees:.1} deg {}", if centi_degrees < 0 { negative } else { positive })
     };
     format!("{}, {}", side(bearing.horizontal.0, "right", "left"), side(bearing.vertical.0, "above", "below"))
+}
+
+/// When an entry of the log was made.
+pub(super) fn moment(entry: &LogEntry) -> String {
+    entry.time.map_or_else(|| format!("{} s after the start", entry.uptime_s), super::clock::time_text)
 }
 
 /// An event of the log as a sentence.

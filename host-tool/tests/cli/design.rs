@@ -165,7 +165,7 @@ fn pages_pairs_and_what_they_are_worth_are_in_the_plan_and_in_the_report() {
 }
 
 #[test]
-fn what_becomes_of_a_design_in_human_hands_is_told_on_request_and_always_the_same() {
+fn what_becomes_of_a_design_in_human_hands_is_told_and_always_the_same() {
     let workshop = Workshop::small();
     let built = || -> Value {
         let told = workshop.succeed(&["design", "exhibit.toml", "-o", "build", "--as-built", "--json"]);
@@ -180,9 +180,11 @@ fn what_becomes_of_a_design_in_human_hands_is_told_on_request_and_always_the_sam
         assert!((0.0..of("mean_psnr_db") - of("worst_psnr_db")).contains(&of("spread_psnr_db")), "{view}");
     }
     let page = fs::read_to_string(workshop.path("build/report.html")).unwrap();
-    assert!(page.contains("In human hands") && page.contains("gaps 25 µm"));
+    assert!(page.contains("16 random stacks") && page.contains("gaps 25 µm"));
     let text = workshop.succeed(&["design", "exhibit.toml", "-o", "build", "--as-built"]);
     assert!(text.contains("mean of 16 stacks   worst stack"), "{text}");
+    let text = workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    assert!(text.contains("mean of 6 stacks"), "{text}");
 }
 
 /// The most memory that a child has had in RAM, in MiB.

@@ -236,6 +236,14 @@ class Drawing {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
+  // Waits until all is drawn, and tells how long that took: reading a pixel has to wait for it.
+  timeToFinish() {
+    const gl = this.gl;
+    const began = performance.now();
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    return performance.now() - began;
+  }
+
   // Half of what the canvas shows across, in mm: the stack's sphere, with a little room.
   extent([halfWidth, halfHeight], pitch) {
     return 1.02 * Math.hypot(halfWidth, halfHeight, ((stack.films - 1) * pitch) / 2);

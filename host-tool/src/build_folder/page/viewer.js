@@ -15,8 +15,8 @@ const directed = (view) => view.horizontal === state.horizontal && view.vertical
 let drawing = null;
 let ready = false;
 let gain = 1;
-let detail = 1;
-let last = { frame: 0, glance: 0, still: 0, moving: false };
+let detail = COARSEST / 2;
+let last = { frame: 0, glance: 0, still: 0, moving: false, took: 0 };
 let waiting = false;
 
 // What `vitrine view` writes for the same request: bytes, interleaved red, green and blue. Without a gain the 99.5th
@@ -119,30 +119,40 @@ function patternOf(index, stride) {
 function frame(now) {
   waiting = false;
   if (!ready) return;
-  const moving = now - last.still < STILL_MS;
+  // Where the whole picture takes long, a pause has to be longer before it is drawn.
+  const moving = now - last.still < Math.max(STILL_MS, last.took);
   if (moving) {
     // The first frame after a rest tells nothing of how long one takes.
     const took = last.moving ? now - last.frame : FRAME_MS;
-    if (took > FRAME_MS * 1.2) detail = Math.min(detail * Math.sqrt(took / FRAME_MS), COARSEST);
+    if (took > FRAME_MS * 1.2) detail = fitting(detail, took);
     else if (took < FRAME_MS * 0.6) detail = Math.max(detail / 1.2, 1);
-    if (now - last.glance > GLANCE_MS) {
-      drawSights(detail > 2 ? 8 : 4);
+    const stride = last.took > 500 ? 8 : 4;
+    if (now - last.glance > GLANCE_MS + last.took / stride) {
+      drawSights(stride);
       last.glance = now;
     }
     drawScene();
     performance.mark("glance");
     next();
   } else {
-    const fast = detail;
-    detail = 1;
+    const began = performance.now();
     drawSights(1);
+    last.took = Math.min(performance.now() - began, 2000);
+    detail = 1;
     drawScene();
-    detail = fast;
+    // So finely the next turn begins.
+    detail = fitting(1, drawing.timeToFinish());
     canvas.dataset.drawn = "yes";
     performance.mark("whole");
   }
   last.frame = now;
   last.moving = moving;
+}
+
+// The detail with which a frame takes no longer than it may, where one of `detail` took so long: there are as many pixels
+// as its square.
+function fitting(detail, took) {
+  return Math.min(Math.max(detail * Math.sqrt(took / FRAME_MS), 1), COARSEST);
 }
 
 function next() {

@@ -33,6 +33,9 @@ pub(super) fn section(parts: &PageParts<'_>) -> Markup {
                 p class="pictures-instead" {
                     "In a browser with scripts and WebGL2 the stack can be turned here; the pictures below show each view."
                 }
+                @if parts.manifest.ink_bits > 8 {
+                    p { "The films are drawn here with 8 of their " (parts.manifest.ink_bits) " bits." }
+                }
                 div class="stage" hidden {
                     (turntable())
                     (controls(parts))

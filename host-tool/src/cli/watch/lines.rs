@@ -23,7 +23,7 @@ pub(super) fn follow(
             std::thread::sleep(every);
         }
         let told = client.status()?;
-        output.line(&status::as_json(client, &told, None), || line(client, &told));
+        output.line(&status::as_json(client.address(), client.hello(), &told, None), || line(client, &told));
         looks += 1;
     }
     Ok(())

@@ -1,7 +1,6 @@
 //! `vitrine watch`: the exhibit on a terminal's screen, with keys for what a person may ask of it; or line by line.
 
 mod lines;
-mod model;
 mod screen;
 
 use std::io::{IsTerminal, stdout};
@@ -12,8 +11,8 @@ use miette::{IntoDiagnostic, Report};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 use vitrine::link::Follower;
 
-use self::model::{Key, Model};
 use super::connect::To;
+use super::model::{Key, Model};
 use super::output::Output;
 
 /// How long keys are waited for before the screen is drawn anew.

@@ -11,7 +11,7 @@ use vitrine_protocol::status::PlanState;
 use vitrine_protocol::{Hello, Status};
 
 use super::draw;
-use crate::cli::watch::model::{Key, Model};
+use crate::cli::model::{Key, Model};
 
 fn address() -> Address {
     Address::Tcp("127.0.0.1:7470".into())

@@ -1,4 +1,4 @@
-//! What the screen shows: the last that was heard, and whether it is still true.
+//! What `watch` and `serve` show: the last that was heard, and whether it is still true.
 
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -14,10 +14,10 @@ use vitrine_protocol::{Hello, Status};
 const HOLD: Milliseconds = Milliseconds(600_000);
 /// How long it is kept dark.
 const DARK: Milliseconds = Milliseconds(3_600_000);
-/// Entries of the log kept for the screen.
+/// Entries of the log that are kept.
 const ENTRIES: usize = 100;
 
-/// A key with its meaning.
+/// A key or a button with its meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Key {
     Quit,
@@ -48,7 +48,7 @@ pub(super) struct Model {
     pub(super) status: Option<Box<Status>>,
     pub(super) plan: Option<Box<Plan>>,
     pub(super) log: VecDeque<LogEntry>,
-    /// The answer to the last key.
+    /// The answer to the last key or button.
     pub(super) note: String,
     quit: bool,
 }

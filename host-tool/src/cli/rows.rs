@@ -1,0 +1,62 @@
+//! The state of an exhibit in plain words, row by row.
+
+use vitrine_exhibit::Snapshot;
+use vitrine_exhibit::units::{Lamp, PerLamp};
+use vitrine_protocol::Status;
+
+use super::clock::{source_text, time_text};
+use super::model::Model;
+use super::words;
+
+/// What, in words, and whether it wants attention.
+pub(super) fn rows(model: &Model, status: &Status) -> Vec<(&'static str, String, bool)> {
+    let snapshot = &status.snapshot;
+    let place = snapshot.bearing.map(|bearing| format!(", {}", words::bearing(bearing))).unwrap_or_default();
+    let lease = match snapshot.lease.0 {
+        0 => String::new(),
+        ms => format!(" (asked for, {} s left)", ms.div_ceil(1_000)),
+    };
+    let view = snapshot.view.map_or_else(|| "none".to_owned(), |view| model.view_name(view));
+    let mut lines = vec![
+        ("viewer", format!("{}{place}", words::presence(snapshot.presence)), false),
+        ("view", format!("{view}{lease}"), false),
+    ];
+    if let Some(reason) = snapshot.dark {
+        lines.push(("dark", reason.to_string(), true));
+    }
+    let cuts = cuts(snapshot);
+    if !cuts.is_empty() {
+        lines.push(("dimmed", cuts, true));
+    }
+    let armed = snapshot.interlock == vitrine_exhibit::interlock::InterlockState::Armed;
+    lines.push(("interlock", words::interlock(snapshot.interlock).to_owned(), !armed));
+    let boards = both(snapshot.boards, |board| match board {
+        Some(board) => format!("{:.1} C", f64::from(board.0) / 100.0),
+        None => "no reading".to_owned(),
+    });
+    lines.push(("boards", boards, snapshot.boards.top.is_none() || snapshot.boards.bottom.is_none()));
+    lines.push(("dose today", both(snapshot.day_dose, |dose| kilojoules(dose.0)), false));
+    lines.push(("dose, life", both(snapshot.life_dose, |dose| kilojoules(dose.0)), false));
+    let clock = match status.clock.now {
+        Some(now) => format!("{} from {}", time_text(now), source_text(status.clock.source)),
+        None => "not known".to_owned(),
+    };
+    lines.push(("clock", clock, status.clock.now.is_none()));
+    lines
+}
+
+fn cuts(snapshot: &Snapshot) -> String {
+    let of = |lamp: Lamp| {
+        snapshot.cuts.get(lamp).iter().map(move |cut| format!("{}: {}", words::lamp(lamp), words::cut(cut)))
+    };
+    of(Lamp::Top).chain(of(Lamp::Bottom)).collect::<Vec<_>>().join(", ")
+}
+
+fn both<T>(pair: PerLamp<T>, text: impl Fn(T) -> String) -> String {
+    let texts = pair.map(text);
+    format!("top {}, bottom {}", texts.top, texts.bottom)
+}
+
+fn kilojoules(microjoules: u64) -> String {
+    format!("{:.1} kJ/m2", microjoules as f64 / 1e9)
+}
