@@ -2,11 +2,13 @@
 #![forbid(unsafe_code)]
 
 pub mod build_folder;
+mod canvas;
 pub mod chart;
 pub mod config;
 pub mod controller;
 pub mod demo;
 pub mod design;
+pub mod experiment;
 pub mod ink;
 pub mod link;
 pub mod material;

@@ -1,5 +1,6 @@
 //! Pictures: planar RGB in 0..=1, read from and written to files.
 
+mod colour;
 mod jpeg;
 mod srgb;
 
@@ -73,7 +74,7 @@ impl Picture {
     }
 
     /// Reads a JPEG, PNG, TIFF or WebP file: its EXIF orientation is applied, transparent parts lie over
-    /// black, 16-bit values keep their precision.
+    /// black, 16-bit values keep their precision, and colours of an RGB or grey ICC profile become sRGB.
     ///
     /// # Errors
     /// When the file cannot be read, is no picture, or ends before its last pixel.
@@ -204,8 +205,12 @@ impl Picture {
         let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
         let mut decoder = reader.into_decoder().map_err(|e| e.to_string())?;
         let orientation = decoder.orientation().map_err(|e| e.to_string())?;
+        let profile = decoder.icc_profile().map_err(|e| e.to_string())?;
         let mut image = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
         image.apply_orientation(orientation);
+        if let Some(profile) = profile {
+            image = colour::to_srgb(image, &profile)?;
+        }
         Ok(Self::from_image(&image))
     }
 

@@ -2,8 +2,9 @@
 //!
 //! A lamp's light and a lens's shade change slowly over a chart. Patches of the same coverage, spread over it, tell
 //! by how much: with the field exp(q(x, y)), q a polynomial without constant term, and the level L_g of each group of
-//! equal patches, the logarithms of the readings are fitted by log L_g + q with least squares. A reading's logarithm
-//! is the surer the brighter it is, so its weight is its square.
+//! equal patches, the logarithms of the readings are fitted by log L_g + q with least squares. Where patches are dimmed
+//! by layers of one kind, n of them, n log tau is fitted with them. A reading's logarithm is the surer the brighter it
+//! is, so its weight is its square.
 
 use super::solve::least_squares;
 
@@ -25,6 +26,8 @@ pub struct Sample {
     pub y: f64,
     /// Which samples are of equal coverage, counted from 0.
     pub group: usize,
+    /// By how many layers it is dimmed, all alike.
+    pub layers: usize,
     /// Its light; what glows less than nothing is noise.
     pub light: f64,
 }
@@ -50,16 +53,18 @@ impl Field {
                 found += 1;
             }
         }
+        let layered = bright.iter().any(|sample| sample.layers > 0);
         let rows: Option<Vec<_>> = bright
             .iter()
             .map(|sample| {
                 let mut factors = terms(sample.x, sample.y).to_vec();
                 factors.resize(TERMS + found, 0.0);
                 factors[TERMS + numbers[sample.group]?] = 1.0;
+                factors.extend(layered.then_some(sample.layers as f64));
                 Some((factors, sample.light.ln(), (sample.light / brightest).powi(2)))
             })
             .collect();
-        let solved = least_squares(&rows?, TERMS + found)?;
+        let solved = least_squares(&rows?, TERMS + found + usize::from(layered))?;
         Some(Self(solved[..TERMS].try_into().ok()?))
     }
 
@@ -68,10 +73,10 @@ impl Field {
         terms(x, y).iter().zip(self.0).map(|(term, factor)| term * factor).sum::<f64>().exp()
     }
 
-    /// The level of each group: the one that fits its readings with the least squares.
+    /// The level of each group: the one that fits its readings without layers with the least squares.
     pub fn levels(&self, samples: &[Sample], groups: usize) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); groups];
-        for sample in samples {
+        for sample in samples.iter().filter(|sample| sample.layers == 0) {
             let field = self.at(sample.x, sample.y);
             let (product, square) = &mut sums[sample.group];
             *product += field * sample.light;

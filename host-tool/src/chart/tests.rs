@@ -85,7 +85,7 @@ fn an_uneven_field_is_told_from_the_levels() {
     let sample = |index: usize| {
         let (x, y) = ((index % 10) as f64 / 4.5 - 1.0, (index / 10) as f64 / 4.5 - 1.0);
         let group = index * 7 % 12;
-        Sample { x, y, group, light: field(x, y) * (0.1 + 0.08 * group as f64) }
+        Sample { x, y, group, layers: 0, light: field(x, y) * (0.1 + 0.08 * group as f64) }
     };
     let samples: Vec<Sample> = (0..100).map(sample).collect();
     let fitted = Field::fit(&samples, 12).unwrap();

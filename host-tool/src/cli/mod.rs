@@ -8,6 +8,7 @@ mod controller;
 mod demo;
 mod design;
 mod devices;
+mod experiment;
 mod frontier;
 mod live;
 mod log;
@@ -65,6 +66,7 @@ enum Command {
     View(view::View),
     Calibrate(calibrate::Calibrate),
     Materials(materials::Materials),
+    Experiment(experiment::Experiment),
     Devices(devices::Devices),
     Upload(upload::Upload),
     Status(status::Status),
@@ -118,6 +120,7 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
         Command::View(command) => command.run(output),
         Command::Calibrate(command) => command.run(output),
         Command::Materials(command) => command.run(output),
+        Command::Experiment(command) => command.run(output),
         Command::Devices(command) => command.run(output),
         Command::Upload(command) => command.run(output),
         Command::Status(command) => command.run(output),

@@ -1,10 +1,11 @@
 //! The keys of `[print]` about ink.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use toml::de::DeValue;
 
+use super::problem::Problem;
 use super::reader::{Bounds, TableReader, as_number};
 use crate::ink::{Curve, CurveFile, CurveFileError, Dots, Gamut, Halftone, Inks, YIELDS};
 use crate::volume::CHANNELS;
@@ -16,8 +17,8 @@ pub struct InkSettings {
     pub yields: [f64; CHANNELS],
     /// How much each ink's molecules quench each other, as [`Curve::quenching`] has it.
     pub quench: [f64; CHANNELS],
-    /// The file of measured curves, relative to exhibit.toml; `None` where none were measured.
-    pub curves: Option<PathBuf>,
+    /// The curves that were measured from a wedge, if they were.
+    pub curves: Option<CurveFile>,
     /// The most that the coverages of a spot add up to.
     pub ink_limit: f64,
     /// What becomes of colours beyond the limit.
@@ -64,18 +65,18 @@ impl HalftoneSetting {
 }
 
 impl InkSettings {
-    /// The inks to separate for; a file of curves is looked for in `folder`.
+    /// The inks to separate for.
     ///
     /// # Errors
-    /// When the file of curves cannot be used.
-    pub fn inks(&self, folder: &Path) -> Result<Inks, CurveFileError> {
+    /// When the measured curves are none, which those of a file that was read are not.
+    pub fn inks(&self) -> Result<Inks, String> {
         let dots = match (self.halftone, self.dot_levels) {
             (HalftoneSetting::None, _) => Dots::Continuous,
             (_, 2) => Dots::Binary,
             (_, levels) => Dots::Levels(levels),
         };
         let curves = match &self.curves {
-            Some(path) => CurveFile::read(&folder.join(path))?,
+            Some(measured) => measured.curves()?,
             // Full dots are all alike: more of them quench no more.
             None if dots == Dots::Binary => [0, 1, 2].map(|_| Curve::linear()),
             None => self.quench.map(Curve::quenching),
@@ -89,10 +90,9 @@ impl InkSettings {
     }
 }
 
-/// The keys about ink in `[print]`.
-pub(super) fn ink(reader: &mut TableReader<'_>) -> InkSettings {
+/// The keys about ink in `[print]`; a file of curves is looked for in `folder`.
+pub(super) fn ink(reader: &mut TableReader<'_>, folder: &Path) -> InkSettings {
     let range = |least, most, reason| Bounds { least, most, reason };
-    let curves = reader.text("curves").filter(|text| text.value != "none");
     let gamuts =
         [("clip", GamutSetting::Clip), ("compress", GamutSetting::Compress), ("fit", GamutSetting::Fit)];
     let halftones = [
@@ -105,7 +105,7 @@ pub(super) fn ink(reader: &mut TableReader<'_>) -> InkSettings {
     InkSettings {
         yields: three(reader, "yields", YIELDS, range(0.01, 1.0, "light at full coverage, red, green, blue")),
         quench: three(reader, "quench", [0.0; CHANNELS], range(0.0, 10.0, "0 is none")),
-        curves: curves.map(|text| PathBuf::from(text.value)),
+        curves: curves(reader, folder),
         ink_limit: reader.number(
             "ink_limit",
             1.0,
@@ -114,6 +114,28 @@ pub(super) fn ink(reader: &mut TableReader<'_>) -> InkSettings {
         gamut: reader.choice("gamut", &gamuts).unwrap_or(GamutSetting::Clip),
         halftone,
         dot_levels: reader.whole("dot_levels", 2, range(2.0, 256.0, "2 are full or empty")) as u16,
+    }
+}
+
+/// `curves = "curves.toml"` or `"none"`.
+fn curves(reader: &mut TableReader<'_>, folder: &Path) -> Option<CurveFile> {
+    let text = reader.text("curves").filter(|text| text.value != "none")?;
+    match CurveFile::read(&folder.join(text.value)) {
+        Ok(curves) => Some(curves),
+        Err(error) => {
+            let (code, help) = match &error {
+                CurveFileError::Unreadable { source, .. } => (
+                    "vitrine::ink::unreadable_curves",
+                    format!("{source}; paths are relative to exhibit.toml"),
+                ),
+                CurveFileError::Invalid { .. } => (
+                    "vitrine::ink::bad_curves",
+                    "measure the wedge again with `vitrine calibrate`".to_owned(),
+                ),
+            };
+            reader.report(Problem::new(code, text.span, error.to_string(), "this file", help));
+            None
+        }
     }
 }
 

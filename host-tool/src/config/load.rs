@@ -80,7 +80,7 @@ fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Problems) -> Opti
     let stack = tables::stack(stack, problems);
     let viewer = tables::viewer(viewer, &stack, problems);
     let design = tables::design(design, problems);
-    let print = tables::print(print, problems);
+    let print = tables::print(print, folder, problems);
     let lamps = tables::lamps(lamps, problems);
     let visitors = visitors::visitors(visitors, problems);
     let presence = visitors::presence(presence, problems);

@@ -376,8 +376,8 @@ fn report_missing(reader: &mut TableReader<'_>, key: &'static str, example: &str
     ));
 }
 
-/// `[print]`.
-pub(super) fn print(mut reader: TableReader<'_>, problems: &mut Problems) -> PrintSettings {
+/// `[print]`; its file of curves is looked for in `folder`.
+pub(super) fn print(mut reader: TableReader<'_>, folder: &Path, problems: &mut Problems) -> PrintSettings {
     let dpi = bounds(72.0, 50_000.0, "the paper's printer has 5760 x 1440");
     let mut inks = ["red", "green", "blue"].map(str::to_owned);
     if let Some(items) = reader.array("inks", "three names") {
@@ -401,7 +401,7 @@ pub(super) fn print(mut reader: TableReader<'_>, problems: &mut Problems) -> Pri
         levels: levels(&mut reader),
         marks: reader.truth("marks", true),
         paper: paper.unwrap_or("A4").to_owned(),
-        ink: ink::ink(&mut reader),
+        ink: ink::ink(&mut reader, folder),
     };
     reader.finish(problems);
     settings

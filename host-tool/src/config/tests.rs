@@ -277,8 +277,9 @@ fn ink_keys_are_held_to_what_can_be_printed() {
     assert_eq!(problem("[print]\nquench = [0, 0, -1]\n").0, "vitrine::config::bad_value");
     assert!(problem("[print]\ngamut = \"clap\"\n").2.contains("did you mean \"clip\"?"));
     let halftone = print("halftone = \"blue-noise\"\ndot_levels = 4\n").unwrap();
-    let inks = halftone.inks(Path::new("")).unwrap();
+    let inks = halftone.inks().unwrap();
     assert_eq!(inks.dots, crate::ink::Dots::Levels(4));
-    let missing = print("curves = \"none.toml\"\n").unwrap().inks(Path::new("nowhere"));
-    assert!(matches!(missing, Err(crate::ink::CurveFileError::Unreadable { .. })));
+    let (code, covered, _) = problem("[print]\ncurves = \"none.toml\"\n");
+    assert_eq!((code, covered.as_str()), ("vitrine::ink::unreadable_curves", "\"none.toml\""));
+    assert_eq!(problem("[print]\ncurves = \"Cargo.toml\"\n").0, "vitrine::ink::bad_curves");
 }

@@ -1,6 +1,5 @@
 //! The whole chain before one's eyes: a viewer walks past, the lamps follow, and a contact sheet shows what is seen.
 
-mod canvas;
 mod sheet;
 mod walk;
 

@@ -4,9 +4,9 @@ use embedded_graphics::mono_font::MonoFont;
 use embedded_graphics::mono_font::iso_8859_1::{FONT_7X13, FONT_9X18_BOLD, FONT_10X20};
 use image::{ImageBuffer, RgbImage};
 
-use super::canvas::Canvas;
 use super::walk::Moment;
 use crate::build_folder::{BuildFolder, LookRequest, OpenError, Report, look};
+use crate::canvas::Canvas;
 use crate::config::{Exhibit, ToneSetting, ViewSettings};
 use crate::optics::{Direction, LampPair};
 use crate::picture::Picture;

@@ -147,7 +147,7 @@ fn ink_samples(readings: &[Reading], ink: usize, width_mm: f64, height_mm: f64) 
         .filter_map(|reading| {
             let group = ink * COVERAGES.len() + group(reading.patch.coverages[ink])?;
             let (x, y) = place(reading);
-            Some(Sample { x, y, group, light: reading.light[ink] - (a + b * x + c * y) })
+            Some(Sample { x, y, group, layers: 0, light: reading.light[ink] - (a + b * x + c * y) })
         })
         .collect()
 }

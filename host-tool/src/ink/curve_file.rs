@@ -83,16 +83,17 @@ impl CurveFile {
         Self { format: FORMAT, measured_from, red, green, blue }
     }
 
-    /// Reads the curves of the file at `path`: red, green, blue.
+    /// Reads the file at `path`.
     ///
     /// # Errors
     /// When the file cannot be read or its points are no curves.
-    pub fn read(path: &Path) -> Result<[Curve; CHANNELS], CurveFileError> {
+    pub fn read(path: &Path) -> Result<Self, CurveFileError> {
         let text = std::fs::read_to_string(path)
             .map_err(|source| CurveFileError::Unreadable { path: path.to_owned(), source })?;
-        Self::parse(&text)
-            .and_then(|file| file.curves())
-            .map_err(|cause| CurveFileError::Invalid { path: path.to_owned(), cause })
+        let invalid = |cause| CurveFileError::Invalid { path: path.to_owned(), cause };
+        let file = Self::parse(&text).map_err(invalid)?;
+        file.curves().map_err(invalid)?;
+        Ok(file)
     }
 
     fn parse(text: &str) -> Result<Self, String> {
@@ -104,8 +105,11 @@ impl CurveFile {
         }
     }
 
-    /// The curves of the three inks.
-    fn curves(&self) -> Result<[Curve; CHANNELS], String> {
+    /// The curves of the three inks: red, green, blue.
+    ///
+    /// # Errors
+    /// Says which ink's points are no curve, and why.
+    pub fn curves(&self) -> Result<[Curve; CHANNELS], String> {
         let curve = |name: &str, ink: &InkCurve| {
             if ink.coverage.len() != ink.light.len() {
                 let (coverages, lights) = (ink.coverage.len(), ink.light.len());
@@ -140,7 +144,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("curves.toml");
         std::fs::write(&path, file().to_toml().unwrap()).unwrap();
-        let curves = CurveFile::read(&path).unwrap();
+        let curves = CurveFile::read(&path).unwrap().curves().unwrap();
         assert_eq!([0, 1, 2].map(|ink| curves[ink].light(0.5)), [0.6, 0.7, 0.5]);
     }
 

@@ -110,3 +110,30 @@ fn a_picture_is_drawn_out_about_its_centre() {
     assert_eq!(picture.drawn_out(1.0, 2.0).channel(0)[5..10], picture.channel(0)[5..10]);
     assert_eq!(picture.drawn_out(1.0, 0.5).channel(0)[2], 1.0);
 }
+
+#[test]
+fn colours_of_another_profile_become_srgb() {
+    use moxcms::ColorProfile;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wide.png");
+    let written = |profile: Option<Vec<u8>>, pixel: [u8; 3]| {
+        let mut bytes = Vec::new();
+        let mut encoder = image::codecs::png::PngEncoder::new(&mut bytes);
+        if let Some(profile) = profile {
+            encoder.set_icc_profile(profile).unwrap();
+        }
+        encoder.write_image(&pixel, 1, 1, image::ExtendedColorType::Rgb8).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        Picture::read(&path)
+    };
+    let pixel = [200, 100, 50];
+    let plain = written(None, pixel).unwrap();
+    assert_eq!(written(Some(ColorProfile::new_srgb().encode().unwrap()), pixel).unwrap(), plain);
+    let wide = written(Some(ColorProfile::new_display_p3().encode().unwrap()), pixel).unwrap();
+    // Display P3 (200, 100, 50) is sRGB (214.9, 92.6, 31.0), by its published primaries and sRGB's curve.
+    for (value, wanted) in wide.values().iter().zip([214.9, 92.6, 31.0]) {
+        assert!((value * 255.0 - wanted).abs() < 1.6, "{:?}", wide.values());
+    }
+    let damaged = written(Some(vec![7; 200]), pixel).unwrap_err().to_string();
+    assert!(damaged.contains("ICC profile") && damaged.contains("export it as sRGB"), "{damaged}");
+}

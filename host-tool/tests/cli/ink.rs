@@ -1,6 +1,8 @@
 //! Inks and materials: measuring a photographed wedge, listing what films are made of.
 
 use serde_json::Value;
+use vitrine::chart::Chart;
+use vitrine::experiment::films;
 use vitrine::ink::{CurveFile, wedge};
 use vitrine::picture::{Picture, srgb_encode};
 
@@ -10,27 +12,32 @@ use super::support::Workshop;
 const FINE: f64 = 5.0;
 const RIM: f64 = 8.0;
 
-/// The wedge as a camera sees it that looks straight at it: each ink glows `most` of its coverage to the power 0.8.
-fn photograph(most: f64) -> Picture {
-    let wedge = wedge();
+/// `chart` as a camera sees it that looks straight at it: `glow` is an ink's light by its coverage and place.
+fn photograph(chart: &Chart, glow: impl Fn(f64, [f64; 2]) -> f64) -> Picture {
     let pixels = |mm: f64| ((mm + 2.0 * RIM) * FINE) as usize;
-    let (width, height) = (pixels(wedge.width_mm), pixels(wedge.height_mm));
+    let (width, height) = (pixels(chart.width_mm), pixels(chart.height_mm));
     let mut picture = Picture::new(width, height);
     for at in 0..width * height {
         let mm = |index: usize| (index as f64 + 0.5) / FINE - RIM;
-        let coverages = wedge.coverages_at(mm(at % width), mm(at / width));
+        let place = [mm(at % width), mm(at / width)];
+        let coverages = chart.coverages_at(place[0], place[1]);
         for (channel, coverage) in coverages.into_iter().enumerate() {
-            let light = most * f64::from(coverage).powf(0.8) + 0.004;
+            let light = glow(f64::from(coverage), place) + 0.004;
             picture.channel_mut(channel)[at] = srgb_encode(light.min(1.0) as f32);
         }
     }
     picture
 }
 
+/// The wedge in inks that glow `most` of their coverage to the power 0.8.
+fn wedge_photograph(most: f64) -> Picture {
+    photograph(&wedge(), |coverage, _| most * coverage.powf(0.8))
+}
+
 #[test]
 fn a_photographed_wedge_becomes_curves_that_an_exhibit_takes() {
     let workshop = Workshop::small();
-    photograph(0.8).write_png(&workshop.path("photo.png")).unwrap();
+    wedge_photograph(0.8).write_png(&workshop.path("photo.png")).unwrap();
     let told = workshop.succeed(&[
         "calibrate",
         "photo.png",
@@ -42,7 +49,7 @@ fn a_photographed_wedge_becomes_curves_that_an_exhibit_takes() {
     ]);
     let told: Value = serde_json::from_str(&told).unwrap();
     assert!((told["pixels_per_mm"].as_f64().unwrap() - FINE).abs() < 0.1, "{told}");
-    for curve in CurveFile::read(&workshop.path("curves.toml")).unwrap() {
+    for curve in CurveFile::read(&workshop.path("curves.toml")).unwrap().curves().unwrap() {
         for coverage in [0.1_f32, 0.5, 0.9] {
             let wanted = coverage.powf(0.8);
             assert!((curve.light(coverage) - wanted).abs() < 0.01, "{coverage}: {}", curve.light(coverage));
@@ -72,9 +79,9 @@ fn photographs_that_cannot_be_measured_are_refused_and_leave_nothing() {
     refused("rocket.jpg", "vitrine::chart::");
     refused("nothing.jpg", "vitrine::ink::bad_photograph");
     assert_eq!(workshop.names(), before);
-    photograph(1.3).write_png(&workshop.path("bright.png")).unwrap();
+    wedge_photograph(1.3).write_png(&workshop.path("bright.png")).unwrap();
     refused("bright.png", "vitrine::ink::overexposed");
-    photograph(0.002).map(|_| 0.01).write_png(&workshop.path("dark.png")).unwrap();
+    wedge_photograph(0.002).map(|_| 0.01).write_png(&workshop.path("dark.png")).unwrap();
     refused("dark.png", "vitrine::chart::too_dark");
 }
 
@@ -88,4 +95,51 @@ fn materials_are_listed_with_their_sources() {
         assert!(material["source"].as_str().unwrap().len() > 10, "{material}");
     }
     assert!(workshop.succeed(&["materials"]).contains("bonded-acrylic"));
+}
+
+#[test]
+fn circles_fade_behind_films_as_in_the_paper() {
+    let workshop = Workshop::new();
+    let told: Value =
+        serde_json::from_str(&workshop.succeed(&["experiment", "films", "-o", "films.png", "--json"]))
+            .unwrap();
+    let lamp = |films: usize| told["light"][films]["lamp"].as_f64().unwrap();
+    assert_eq!(told["light"].as_array().unwrap().len(), 26);
+    assert!((lamp(1) - 0.82).abs() < 1e-9 && (lamp(20) - 0.02).abs() < 0.002 && lamp(25) < 0.01, "{told}");
+    assert!(Picture::read(&workshop.path("films.png")).unwrap().width() > 1000);
+    assert!(
+        workshop.succeed(&["experiment", "films", "-o", "films.png"]).contains("20                1.9 %")
+    );
+    assert_eq!(workshop.run(&["experiment", "films"]).code, Some(2));
+    assert_eq!(workshop.run(&["experiment", "films", "-o", "x.png", "--tau-uv", "1.5"]).code, Some(2));
+}
+
+#[test]
+fn photographed_circles_tell_what_a_film_lets_through() {
+    let workshop = Workshop::new();
+    let strips = |[x, y]: [f64; 2]| {
+        let over = |strip: &usize| {
+            let [left, top, width, height] = films::strip_mm(*strip);
+            (left..left + width).contains(&x) && (top..top + height).contains(&y)
+        };
+        (1..=films::MOST_FILMS).filter(over).count() as i32
+    };
+    for (name, tau) in [("one.png", 0.88_f64), ("two.png", 0.9)] {
+        let picture = photograph(&films::chart(), |coverage, place| 0.7 * coverage * tau.powi(strips(place)));
+        picture.write_png(&workshop.path(name)).unwrap();
+    }
+    let fit = ["experiment", "films", "--fit", "one.png", "two.png", "--side", "lamp"];
+    let told: Value = serde_json::from_str(&workshop.succeed(&[&fit[..], &["--json"]].concat())).unwrap();
+    assert_eq!(told["key"], "tau_uv");
+    assert!((told["tau"].as_f64().unwrap() / 0.89 - 1.0).abs() < 0.01, "{told}");
+    assert!((told["photographs"][1]["tau"].as_f64().unwrap() / 0.9 - 1.0).abs() < 0.01, "{told}");
+    let text = workshop.succeed(&[&fit[..], &["--overlay", "found.png"]].concat());
+    assert!(text.starts_with("tau_uv = 0.8") && workshop.path("found.png").exists(), "{text}");
+    let finished = workshop.run(&["experiment", "films", "--fit", "cat.jpg", "--side", "both"]);
+    assert_eq!(finished.code, Some(1));
+    assert!(
+        finished.stderr.contains("vitrine::chart::") && finished.stderr.contains("cat.jpg"),
+        "{}",
+        finished.stderr
+    );
 }

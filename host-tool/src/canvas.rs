@@ -13,29 +13,29 @@ use image::imageops::{FilterType, overlay, resize};
 use image::{Rgb, RgbImage};
 
 /// What captions are written in.
-pub(super) const INK: Rgb888 = Rgb888::new(0xDD, 0xDD, 0xDD);
+pub(crate) const INK: Rgb888 = Rgb888::new(0xDD, 0xDD, 0xDD);
 const GROUND: Rgb<u8> = Rgb([0x16, 0x16, 0x18]);
 
 /// A picture to put other pictures and captions on.
-pub(super) struct Canvas(RgbImage);
+pub(crate) struct Canvas(RgbImage);
 
 impl Canvas {
-    pub(super) fn new(width: u32, height: u32) -> Self {
+    pub(crate) fn new(width: u32, height: u32) -> Self {
         Self(RgbImage::from_pixel(width, height, GROUND))
     }
 
-    pub(super) fn into_image(self) -> RgbImage {
+    pub(crate) fn into_image(self) -> RgbImage {
         self.0
     }
 
     /// Puts `picture` with its upper left corner at `left` and `top`, as wide and high as said.
-    pub(super) fn picture(&mut self, picture: &RgbImage, [left, top]: [u32; 2], [width, height]: [u32; 2]) {
+    pub(crate) fn picture(&mut self, picture: &RgbImage, [left, top]: [u32; 2], [width, height]: [u32; 2]) {
         let fitted = resize(picture, width, height, FilterType::CatmullRom);
         overlay(&mut self.0, &fitted, i64::from(left), i64::from(top));
     }
 
     /// Writes a line whose upper edge is at `top` around `middle`.
-    pub(super) fn caption(&mut self, text: &str, middle: u32, top: u32, font: &MonoFont<'_>) {
+    pub(crate) fn caption(&mut self, text: &str, middle: u32, top: u32, font: &MonoFont<'_>) {
         let style = TextStyleBuilder::new().alignment(Alignment::Center).baseline(Baseline::Top).build();
         let at = Point::new(middle as i32, top as i32);
         // Drawing on a picture in memory cannot fail.

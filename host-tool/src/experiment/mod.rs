@@ -1,0 +1,3 @@
+//! Trying materials out.
+
+pub mod films;
