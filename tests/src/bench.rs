@@ -66,6 +66,8 @@ pub struct Bench {
     pub stray: Irradiance,
     /// The clock at the beginning; none while it is invalid.
     pub clock: Option<UtcSeconds>,
+    /// A host sets the clock before the next step.
+    pub clock_was_set: bool,
     /// The staff key is pressed.
     pub staff_key: bool,
     /// Requests for the next step.
@@ -99,6 +101,7 @@ impl Bench {
             ultraviolet_percent: None,
             stray: Irradiance(0),
             clock: Some(UtcSeconds(1_777_629_600)),
+            clock_was_set: false,
             staff_key: false,
             requests: Vec::new(),
             flash_works: true,
@@ -151,6 +154,7 @@ impl Bench {
             supply: self.supply,
             ultraviolet: self.ultraviolet().filter(|_| picture),
             now: self.clock.map(|clock| UtcSeconds(clock.0.saturating_add(elapsed_s))),
+            clock_was_set: std::mem::take(&mut self.clock_was_set),
             requests: &requests,
             staff_key: self.staff_key,
             stored,
@@ -199,6 +203,16 @@ impl Bench {
         Some(Irradiance(given * percent / 100 + self.stray.0))
     }
 
+    /// Tells whether a lamp gives what the plan or the firmware allows at most, but for one level.
+    fn is_at_ceiling(&self, given: PerLamp<Irradiance>) -> bool {
+        let Some(plan) = &self.plan else { return false };
+        let most = plan.limits.ceiling.min(limits::CEILING);
+        given
+            .zip(plan.lamps.clone())
+            .map(|(given, lamp)| given.0 + lamp.full_level.0.div_ceil(65_535) >= most.0)
+            != PerLamp::new(false, false)
+    }
+
     /// What must hold in every step.
     fn watch(&mut self, before: LampCommand) -> Result<(), String> {
         let time_s = self.time_s();
@@ -220,6 +234,11 @@ impl Bench {
         for (now, before) in [levels.top, levels.bottom] {
             if now.0 > before.0.saturating_add(stride) {
                 return Err(format!("{time_s:.2} s: level {} to {} is too fast", before.0, now.0));
+            }
+            // What is lit still may only fall at once to a new plan's ceiling.
+            let falls = lit && now.0.saturating_add(stride) < before.0;
+            if falls && !self.is_at_ceiling(irradiance) {
+                return Err(format!("{time_s:.2} s: level {} falls to {} too fast", before.0, now.0));
             }
         }
         self.given_uj.top += u64::from(irradiance.top.0) * u64::from(TICK.0);

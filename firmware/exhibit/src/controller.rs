@@ -6,9 +6,11 @@
 //! hosts, staff key -> requests ----^
 //! ```
 
+mod led;
 mod requests;
 mod snapshot;
 
+pub use self::led::LED_BEAT;
 use self::requests::Requests;
 pub use self::snapshot::{Presence, Snapshot};
 use crate::chooser::Chooser;
@@ -194,6 +196,8 @@ impl State {
         if let Some(plan) = inputs.plan {
             self.full = PerLamp::new(plan.lamps.top.full_level, plan.lamps.bottom.full_level);
         }
+        let now = inputs.now.and_then(schedule::plausible);
+        self.ledger.clock(now, inputs.clock_was_set, elapsed, events);
         self.ledger.day(self.opening.local_day);
         if let Some(plan) = inputs.plan.filter(|_| self.is_slow) {
             self.notices.update(self.ledger.spent(), plan.limits.life_dose, events);
@@ -421,7 +425,7 @@ impl State {
             boards: inputs.boards.map(|reading| reading.and_then(TemperatureReading::celsius)),
             enclosure: inputs.enclosure,
             supply: inputs.supply,
-            ultraviolet: inputs.ultraviolet,
+            ultraviolet: self.governor.ultraviolet(),
             interlock: self.interlock.state(),
             day_dose: PerLamp::new(spent.lamps.top.day, spent.lamps.bottom.day),
             life_dose: PerLamp::new(spent.lamps.top.life, spent.lamps.bottom.life),
@@ -430,6 +434,8 @@ impl State {
             power_cycles: spent.power_cycles,
             watchdog_resets: spent.watchdog_resets,
             lease: self.requests.lease(),
+            ultraviolet_lost: self.governor.is_ultraviolet_sensor_lost(),
+            viewer_sensor_lost: self.sensor_lost,
         }
     }
 }

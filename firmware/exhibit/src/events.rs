@@ -203,6 +203,43 @@ pub enum Event {
         /// The hours that it had burnt in all by then.
         lit_hours: u32,
     },
+    /// The ultraviolet sensor on which the plan counts is silent.
+    UltravioletSensorLost,
+    /// The ultraviolet sensor is back.
+    UltravioletSensorBack,
+    /// The clock was set, or jumped: the dose of the day stays with the day that the ledger is in.
+    ClockJumped {
+        /// By how many seconds it was put forward, or back where negative.
+        seconds: i32,
+    },
+    /// The program before this one ended badly.
+    ProgramEnded {
+        /// How.
+        end: ProgramEnd,
+        /// Where: the faulting instruction's address, or the source line of a panic; 0 where it is not known.
+        at: u32,
+    },
+}
+
+/// How a program ended that did not end by the power.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ProgramEnd {
+    /// It found a fault in itself.
+    Panic,
+    /// The processor found one.
+    HardFault,
+    /// A task hung, and the watchdog bit.
+    Hang,
+}
+
+impl fmt::Display for ProgramEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Panic => "it panicked",
+            Self::HardFault => "the processor met a hard fault",
+            Self::Hang => "a task hung, and the watchdog bit",
+        })
+    }
 }
 
 impl Event {

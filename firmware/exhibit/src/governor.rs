@@ -170,6 +170,16 @@ impl Governor {
         }
     }
 
+    /// What the ultraviolet sensor read last; none where it has been silent for a while.
+    pub const fn ultraviolet(&self) -> Option<Irradiance> {
+        self.ultraviolet.reading()
+    }
+
+    /// Tells whether the plan counts on an ultraviolet sensor that is silent.
+    pub const fn is_ultraviolet_sensor_lost(&self) -> bool {
+        self.ultraviolet.is_lost()
+    }
+
     /// Forgets latched faults; those whose cause persists latch again.
     pub const fn rearm(&mut self) {
         self.ultraviolet.rearm();

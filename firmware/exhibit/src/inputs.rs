@@ -96,6 +96,8 @@ pub struct Inputs<'a> {
     pub ultraviolet: Option<Irradiance>,
     /// The clock, where it is valid.
     pub now: Option<UtcSeconds>,
+    /// A host has set the clock since the step before.
+    pub clock_was_set: bool,
     /// New requests of hosts, in their order.
     pub requests: &'a [Request],
     /// The staff key is pressed.

@@ -1,4 +1,15 @@
 //! The door interlock: two contacts that must both be closed, and agree.
+//!
+//! Every open reading is dark, at once. What it takes to light up again depends on how long the loop was open:
+//!
+//! - open for two readings on end, 10 ms, or longer: somebody may have opened the door. Both loops must then be closed for
+//!   500 ms, and a person must re-arm.
+//! - open for less, down to the microseconds that only the board's interrupt sees: nobody opens and closes a door so fast.
+//!   It is a bounce, of a knock against the case or of a worn contact; it costs the light of a step and is logged.
+//! - a loop that bounces again and again is broken: five times without ten calm seconds between also ask for a re-arm.
+//!
+//! The board's own interrupt takes the light away within microseconds of any edge; an opening that it alone has seen is
+//! handed to the next step as an open reading.
 
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +38,8 @@ pub struct Interlock {
     open_for: Milliseconds,
     closed_for: Milliseconds,
     differ_for: Milliseconds,
+    bounces: u8,
+    calm_for: Milliseconds,
     rearm_needed: bool,
     disagreed: bool,
 }
@@ -47,8 +60,10 @@ impl Interlock {
         self.open_for = timer(|a, b| !(a && b), self.open_for);
         self.closed_for = timer(|a, b| a && b, self.closed_for);
         self.differ_for = timer(|a, b| a != b, self.differ_for);
+        self.count_bounce(was.0 && was.1 && !(a && b), elapsed);
         self.loops = loops;
         self.rearm_needed |= self.open_for >= limits::INTERLOCK_OPEN_AFTER;
+        self.rearm_needed |= self.bounces >= limits::INTERLOCK_BOUNCES;
         self.disagreed |= self.differ_for > limits::INTERLOCK_DISAGREEMENT;
     }
 
@@ -58,6 +73,7 @@ impl Interlock {
         if ready {
             self.rearm_needed = false;
             self.disagreed = false;
+            self.bounces = 0;
         }
         ready
     }
@@ -80,6 +96,18 @@ impl Interlock {
     /// The loops as last read.
     pub const fn loops(&self) -> InterlockLoops {
         self.loops
+    }
+
+    const fn count_bounce(&mut self, opens: bool, elapsed: Milliseconds) {
+        if opens {
+            self.bounces = self.bounces.saturating_add(1);
+            self.calm_for = Milliseconds(0);
+            return;
+        }
+        self.calm_for = self.calm_for.plus(elapsed);
+        if self.calm_for.0 >= limits::INTERLOCK_CALM.0 {
+            self.bounces = 0;
+        }
     }
 
     fn both_closed(&self) -> bool {

@@ -4,15 +4,24 @@
 //! for the next minute is written, and the record says that it is spent. A power cut can therefore only over-count,
 //! by one reservation. The flash's owner writes [`DoseLedger::to_store`] and tells what it has written by
 //! [`StoredReservation`]; until then the governor keeps the lamps dark.
+//!
+//! # Days
+//!
+//! The dose of the day begins anew at local midnight, and where no clock is valid after 24 powered hours. A clock can be
+//! set, and whoever set it forward again and again would get a day's dose each time. So a day that begins before the one
+//! before it has lasted 24 hours is early, and days may be early by 26 hours in sum: one day, for the first day begins at
+//! any hour, and two hours for daylight saving and for a clock that drifts. What is early beyond that waits. Days that
+//! last longer make up for it. The hours are those in which the controller ran, and those between, told by the clock at
+//! the last record and at the start: a clock that is set meanwhile moves that mark along and proves no time.
 
+mod days;
 mod notices;
 
 use serde::{Deserialize, Serialize};
 
+use self::days::Clock;
 pub use self::notices::Notices;
 use crate::units::{Dose, Irradiance, Lamp, Milliseconds, PerLamp};
-
-const DAY_MS: u32 = 86_400_000;
 
 /// How long a reservation lasts at the present irradiance.
 pub const RESERVATION: Milliseconds = Milliseconds(60_000);
@@ -49,8 +58,12 @@ pub struct LedgerRecord {
     pub quick_resets: u8,
     /// How many stacks have been declared.
     pub stacks: u16,
-    /// Powered time in the ledger's day in ms; ends the day where no clock is valid.
+    /// Time proven since the ledger's day began, in ms.
     pub day_ms: u32,
+    /// By how much the ledger's days have begun early in sum, in ms.
+    pub early_ms: u32,
+    /// What the clock showed, in seconds since 1970; 0 where it was not valid.
+    pub clock_s: u32,
 }
 
 /// Tells the controller that a ledger record is safely in flash.
@@ -71,6 +84,8 @@ pub struct DoseLedger {
     wanted: Option<LedgerRecord>,
     /// Dose that has not yet made a full-level millisecond.
     part_ms: PerLamp<u64>,
+    /// The clock since the start.
+    clock: Clock,
 }
 
 impl DoseLedger {
@@ -84,7 +99,8 @@ impl DoseLedger {
             spent.watchdog_resets = spent.watchdog_resets.saturating_add(1);
             spent.quick_resets = spent.quick_resets.saturating_add(1);
         }
-        let mut ledger = Self { spent, stored: record, wanted: None, part_ms: PerLamp::default() };
+        let mut ledger =
+            Self { spent, stored: record, wanted: None, part_ms: PerLamp::default(), clock: Clock::new() };
         ledger.want(Dose(0), Dose(0));
         ledger
     }
@@ -105,14 +121,7 @@ impl DoseLedger {
             return false;
         };
         self.stored = record;
-        let begins = record.day != self.spent.day;
-        if begins {
-            self.spent.day = record.day;
-            self.spent.day_ms = 0;
-            self.spent.lamps.top.day = Dose(0);
-            self.spent.lamps.bottom.day = Dose(0);
-        }
-        begins
+        self.begin_day_of(&record)
     }
 
     /// Books what the lamps have given over a time.
@@ -147,24 +156,6 @@ impl DoseLedger {
         self.stored.sequence > 0
             && covered(&stored.top, &spent.top, irradiance.top)
             && covered(&stored.bottom, &spent.bottom, irradiance.bottom)
-    }
-
-    /// Asks for the ledger's next day when the local day has changed, or 24 powered hours have gone: the day begins
-    /// when its first record is in flash, so that a power cut cannot take the new day's dose with it. A clock that
-    /// was set back waits for those 24 hours.
-    pub fn day(&mut self, local_day: Option<u32>) {
-        let changed = local_day.is_some_and(|day| day > self.spent.day);
-        if self.wanted.is_some() || !(changed || self.spent.day_ms >= DAY_MS) {
-            return;
-        }
-        let reserved = PerLamp::new(self.left(Lamp::Top), self.left(Lamp::Bottom));
-        self.want(reserved.top, reserved.bottom);
-        if let Some(record) = &mut self.wanted {
-            record.day = local_day.filter(|day| *day != record.day).unwrap_or(record.day.saturating_add(1));
-            record.day_ms = 0;
-            record.lamps.top.day = reserved.top;
-            record.lamps.bottom.day = reserved.bottom;
-        }
     }
 
     /// Begins the life of a fresh stack.

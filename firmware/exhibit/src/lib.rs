@@ -27,6 +27,7 @@ pub mod ledger;
 pub mod limits;
 pub mod plan;
 pub mod schedule;
+pub mod settings;
 #[cfg(test)]
 mod testing;
 pub mod units;

@@ -12,6 +12,7 @@
 //! | 10 min lit, 60 s rest | 3 W 365 nm LEDs last 4,480 h (L70) continuously, 19,814 h cycled: Crystals 10, 1083 (2020) |
 //! | boards 60 to 75 °C derated, 80 °C cut; air 40 and 50 °C | this design |
 //! | interlock 20 ms, 500 ms | this design; the contact also opens the lamp supply in hardware, within 10 ms |
+//! | a loop that opens five times without 10 s of calm between is broken | this design |
 //!
 //! This is a reference design, not a certified safety function.
 
@@ -49,6 +50,11 @@ pub const INTERLOCK_CLOSED_FOR: Milliseconds = Milliseconds(500);
 /// Loops that differ for longer than this are a fault that only a re-arm clears.
 pub const INTERLOCK_DISAGREEMENT: Milliseconds = Milliseconds(500);
 
+/// Brief openings after which a loop counts as broken and asks for a re-arm ...
+pub const INTERLOCK_BOUNCES: u8 = 5;
+/// ... where no such time lay between them.
+pub const INTERLOCK_CALM: Milliseconds = Milliseconds(10_000);
+
 /// Lamp boards above this temperature are derated.
 pub const DERATE_FROM: CentiCelsius = CentiCelsius(6_000);
 /// Derating reaches zero here.
@@ -72,6 +78,9 @@ pub const ULTRAVIOLET_BRIGHT_TENTHS: u32 = 13;
 pub const ULTRAVIOLET_MARGIN_PERCENT: u32 = 5;
 /// Less ultraviolet than this many tenths of what the lamps should give wants service.
 pub const ULTRAVIOLET_DIM_TENTHS: u32 = 7;
+
+/// An ultraviolet sensor that the plan counts on and that is silent for so long is lost: it reads five times a second.
+pub const ULTRAVIOLET_SILENT: Milliseconds = Milliseconds(5_000);
 
 /// What remains of a wanted level once nine tenths of the stack's life are used.
 pub const AGED_LEVEL: Level = Level(49_151);

@@ -1,11 +1,13 @@
 //! The plan: everything about one exhibit that is uploaded to its controller.
 
+mod bounds;
 pub mod calendar;
 mod check;
 
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
+pub use self::bounds::Bounds;
 pub use self::calendar::Calendar;
 pub use self::check::{PlanError, ValidPlan};
 use crate::units::{CentiDegrees, Dose, Irradiance, Level, Milliseconds, PerLamp};

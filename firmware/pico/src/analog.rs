@@ -10,16 +10,13 @@ use vitrine_exhibit::inputs::TemperatureReading;
 use vitrine_exhibit::units::{CentiCelsius, Millivolts, PerLamp};
 
 use crate::board::{AnalogResources, Interrupts};
-use crate::readings;
 use crate::watchdog::{Client, check_in};
+use crate::{readings, settings};
 
 const ROUND: Duration = Duration::from_millis(50);
 
 /// Samples that are averaged: the converter's noise is a few steps.
 const SAMPLES: u16 = 8;
-
-/// The NTCs' beta in kelvin (hardware/parts.csv).
-const BETA_KELVIN: u16 = 3950;
 
 /// Reads all inputs for ever.
 #[embassy_executor::task]
@@ -37,8 +34,13 @@ pub(crate) async fn run(resources: AnalogResources) -> ! {
             average(&mut converter, &mut lamp_supply).await,
         );
         if let (Ok(top), Ok(bottom), Ok(lamp_supply)) = readings {
-            let boards = PerLamp::new(temperature(top), temperature(bottom));
-            readings::analog(boards, Millivolts(supply::millivolts(lamp_supply)));
+            let settings = settings::now();
+            let boards = PerLamp::new(
+                temperature(top, settings.top_beta_kelvin),
+                temperature(bottom, settings.bottom_beta_kelvin),
+            );
+            let lamp_supply = supply::millivolts(lamp_supply, settings.supply_divider_permille);
+            readings::analog(boards, Millivolts(lamp_supply));
         } else {
             warn!("the converter failed");
         }
@@ -57,8 +59,8 @@ async fn average(
     Ok(sum / SAMPLES)
 }
 
-fn temperature(reading: u16) -> TemperatureReading {
-    match thermistor::temperature(reading, BETA_KELVIN) {
+fn temperature(reading: u16, beta_kelvin: u16) -> TemperatureReading {
+    match thermistor::temperature(reading, beta_kelvin) {
         Ok(temperature) => TemperatureReading::Celsius(CentiCelsius(temperature.0)),
         Err(SensorFault::Open) => TemperatureReading::OpenCircuit,
         Err(SensorFault::Shorted) => TemperatureReading::Shorted,

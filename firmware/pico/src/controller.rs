@@ -5,7 +5,6 @@
 
 use core::cell::RefCell;
 
-use defmt::debug;
 use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -24,7 +23,7 @@ use vitrine_exhibit::viewer::ThermalFrame;
 
 use crate::guard::Interlock;
 use crate::watchdog::{Client, check_in};
-use crate::{darkness, front, lamps, readings};
+use crate::{darkness, front, lamps, readings, settings};
 
 /// A hundred steps a second.
 const STEP: Duration = Duration::from_millis(10);
@@ -124,7 +123,9 @@ fn one_step(
 ) -> Events {
     let readings = readings::take();
     let [left, right] = readings.thermal;
-    let (left, right) = (left.map(ThermalFrame::left), right.map(ThermalFrame::right));
+    let placed = |frame| settings::with(|settings| settings.placed(frame));
+    let left = left.map(ThermalFrame::left).map(placed);
+    let right = right.map(ThermalFrame::right).map(placed);
     let mut requests: Vec<Request, REQUESTS_A_STEP> = Vec::new();
     while !requests.is_full()
         && let Ok(request) = REQUESTS.try_receive()
@@ -141,6 +142,7 @@ fn one_step(
         supply: readings.supply,
         ultraviolet: readings.ultraviolet,
         now: readings.now,
+        clock_was_set: readings.clock_was_set,
         requests: &requests,
         staff_key: front::staff_key_is_pressed(),
         stored: STORED.try_take(),
@@ -154,15 +156,13 @@ fn one_step(
     events
 }
 
-/// What the governor is told is what the loops read now. An opening that came and went between two steps has cost the
-/// light of this step, by the guard, and is no reason to wait for a person.
+/// What the loops read now. An opening that came and went between two steps, which only the guard has seen, is told as an
+/// open reading: the governor follows, and knows what to make of a bounce.
 fn loops(interlock: &mut Interlock) -> InterlockLoops {
     // Forgotten before the loops are read: an edge after this line counts against the command of this step.
-    if darkness::take_trip() {
-        debug!("interlock tripped");
-    }
+    let tripped = darkness::take_trip();
     let Loops { a_closed, b_closed } = interlock.read();
-    let contact = |closed: bool| if closed { Contact::Closed } else { Contact::Open };
+    let contact = |closed: bool| if closed && !tripped { Contact::Closed } else { Contact::Open };
     InterlockLoops { a: contact(a_closed), b: contact(b_closed) }
 }
 

@@ -3,14 +3,13 @@
 use embassy_rp::gpio::{Input, Level, Output, Pull};
 use embassy_time::{Duration, Ticker};
 use portable_atomic::{AtomicBool, Ordering};
-use vitrine_exhibit::controller::Snapshot;
-use vitrine_exhibit::events::DarkReason;
+use vitrine_exhibit::controller::LED_BEAT;
 
 use crate::board::FrontResources;
 use crate::controller;
 
 /// One beat of the LED's patterns, and the key's debounce: it must read the same twice.
-const BEAT: Duration = Duration::from_millis(50);
+const BEAT: Duration = Duration::from_millis(LED_BEAT.0 as u64);
 
 static KEY_IS_PRESSED: AtomicBool = AtomicBool::new(false);
 
@@ -32,33 +31,8 @@ pub(crate) async fn run(resources: FrontResources) -> ! {
             KEY_IS_PRESSED.store(is_low, Ordering::Relaxed);
         }
         was_low = is_low;
-        led.set_level(Level::from(is_lit(&controller::snapshot(), beat)));
+        led.set_level(Level::from(controller::snapshot().led_is_lit(beat)));
         ticker.next().await;
     }
     core::future::pending().await
-}
-
-/// Steady: lit. A short blink every second: dark as it should be. Twice a second: somebody has to do something.
-/// Hurried: a fault.
-fn is_lit(snapshot: &Snapshot, beat: u32) -> bool {
-    match snapshot.dark {
-        None => true,
-        Some(
-            DarkReason::Starting
-            | DarkReason::StaffKey
-            | DarkReason::HostRequest
-            | DarkReason::Closed
-            | DarkReason::NobodyThere
-            | DarkReason::NothingToShow
-            | DarkReason::LedgerNotStored,
-        ) => beat % 20 == 0,
-        Some(
-            DarkReason::InterlockOpen
-            | DarkReason::InterlockNotArmed
-            | DarkReason::NoPlan
-            | DarkReason::ClockInvalid
-            | DarkReason::LifeDose,
-        ) => beat % 10 < 5,
-        Some(_) => beat % 4 < 2,
-    }
 }

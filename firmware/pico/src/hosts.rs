@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 use vitrine_exhibit::inputs::Request;
+use vitrine_exhibit::settings::Settings;
 use vitrine_exhibit::units::UtcSeconds;
 use vitrine_protocol::message::{LogPage, MAX_LOG_ENTRIES};
 use vitrine_protocol::server::Controller;
@@ -10,7 +11,7 @@ use vitrine_protocol::{FINGERPRINT, Hello, Refusal, VERSION};
 
 use crate::controller::{self, REQUESTS};
 use crate::store::Store;
-use crate::{links, live, readings};
+use crate::{links, live, plans, readings, settings};
 
 impl Controller for Store {
     fn hello(&mut self) -> Hello {
@@ -63,12 +64,27 @@ impl Controller for Store {
         self.plans.append(&mut self.chip, bytes)
     }
 
+    fn plan_asks_for_more(&mut self, crc: u32) -> Result<bool, Refusal> {
+        self.plans.asks_for_more(&mut self.chip, crc)
+    }
+
     fn commit_plan(&mut self, crc: u32) -> Result<(), Refusal> {
         self.plans.commit(&mut self.chip, crc)
     }
 
     fn read_plan(&mut self, offset: u32, part: &mut [u8]) -> Result<(u32, usize), Refusal> {
         self.plans.read(&mut self.chip, offset, part)
+    }
+
+    fn settings(&mut self) -> Settings {
+        settings::now()
+    }
+
+    fn change_settings(&mut self, settings: &Settings) -> Result<(), Refusal> {
+        plans::wait_for_steady_lamps()?;
+        vitrine_storage::settings::store(&mut self.chip, settings).map_err(|_| Refusal::StorageFailed)?;
+        settings::change(settings);
+        Ok(())
     }
 
     fn read_live(&mut self, from: Option<u16>, part: &mut [u8]) -> Result<(u16, usize), Refusal> {

@@ -8,8 +8,10 @@ use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 
 use cortex_m_rt::{ExceptionFrame, exception};
+use defmt::error;
 use embassy_rp::pac;
 use heapless::String;
+use vitrine_exhibit::events::{Event, ProgramEnd};
 
 use crate::darkness;
 
@@ -25,6 +27,10 @@ struct Note {
     magic: u32,
     length: u32,
     checksum: u32,
+    /// 1 where the processor found the fault.
+    hard_fault: u32,
+    /// The faulting instruction's address, or the panic's line.
+    at: u32,
     text: [u8; NOTE_BYTES],
 }
 
@@ -37,8 +43,17 @@ unsafe impl Sync for Keep {}
 #[unsafe(link_section = ".uninit.last_words")]
 static KEEP: Keep = Keep(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// Takes the note of the program that ended before this one, if there is one.
-pub(crate) fn take() -> Option<String<NOTE_BYTES>> {
+/// Tells how the program before this one ended, if it ended badly: by its note, or, without one after the watchdog's reset,
+/// by hanging.
+pub(crate) fn take(after_fault: bool) -> Option<Event> {
+    let Some((end, at, text)) = take_note() else {
+        return after_fault.then_some(Event::ProgramEnded { end: ProgramEnd::Hang, at: 0 });
+    };
+    error!("the program before this one ended: {}", text.as_str());
+    Some(Event::ProgramEnded { end, at })
+}
+
+fn take_note() -> Option<(ProgramEnd, u32, String<NOTE_BYTES>)> {
     // SAFETY: called before any task runs; every bit pattern is a valid `Note`, and volatile reads keep the compiler
     // from reasoning about memory that this program did not write.
     let note = unsafe { core::ptr::read_volatile(KEEP.0.get().cast::<Note>()) };
@@ -48,11 +63,13 @@ pub(crate) fn take() -> Option<String<NOTE_BYTES>> {
     }
     // SAFETY: as above; clearing the magic number forgets the note.
     unsafe { core::ptr::write_volatile(KEEP.0.get().cast::<u32>(), 0) };
-    String::try_from(core::str::from_utf8(text).ok()?).ok()
+    let end = if note.hard_fault == 0 { ProgramEnd::Panic } else { ProgramEnd::HardFault };
+    Some((end, note.at, String::try_from(core::str::from_utf8(text).ok()?).ok()?))
 }
 
-fn leave(text: &str) {
-    let mut note = Note { magic: MAGIC, length: 0, checksum: 0, text: [0; NOTE_BYTES] };
+fn leave(end: ProgramEnd, at: u32, text: &str) {
+    let hard_fault = u32::from(end == ProgramEnd::HardFault);
+    let mut note = Note { magic: MAGIC, length: 0, checksum: 0, hard_fault, at, text: [0; NOTE_BYTES] };
     for (kept, byte) in note.text.iter_mut().zip(text.bytes()) {
         *kept = byte;
         note.length += 1;
@@ -83,10 +100,10 @@ impl Write for Clipped {
 
 /// Ends the program for a reason of its own: dark, note, reset.
 pub(crate) fn end(reason: &str) -> ! {
-    end_with(|note| note.write_str(reason))
+    end_with(ProgramEnd::Panic, 0, |note| note.write_str(reason))
 }
 
-fn end_with(write: impl FnOnce(&mut Clipped) -> core::fmt::Result) -> ! {
+fn end_with(end: ProgramEnd, at: u32, write: impl FnOnce(&mut Clipped) -> core::fmt::Result) -> ! {
     darkness::darken();
     cortex_m::interrupt::disable();
     // The state's owner may have lit the lamps between the two.
@@ -94,7 +111,7 @@ fn end_with(write: impl FnOnce(&mut Clipped) -> core::fmt::Result) -> ! {
     let mut note = Clipped(String::new());
     // A note that cannot be written in full is still worth keeping.
     let _ = write(&mut note);
-    leave(&note.0);
+    leave(end, at, &note.0);
     reset()
 }
 
@@ -110,11 +127,14 @@ fn reset() -> ! {
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
-    end_with(|note| write!(note, "{info}"))
+    let line = info.location().map_or(0, core::panic::Location::line);
+    end_with(ProgramEnd::Panic, line, |note| write!(note, "{info}"))
 }
 
 /// The processor's fault: the frame says where.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    end_with(|note| write!(note, "hard fault at {:#010x}, called from {:#010x}", frame.pc(), frame.lr()))
+    end_with(ProgramEnd::HardFault, frame.pc(), |note| {
+        write!(note, "hard fault at {:#010x}, called from {:#010x}", frame.pc(), frame.lr())
+    })
 }

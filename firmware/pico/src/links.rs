@@ -15,10 +15,12 @@ use embassy_usb::{Builder, Config, UsbDevice};
 use embedded_io_async::{Read, Write};
 use portable_atomic::{AtomicU32, Ordering};
 use static_cell::StaticCell;
+use vitrine_exhibit::settings::ServicePort;
 use vitrine_protocol::frame::Frame;
-use vitrine_protocol::server::Link;
+use vitrine_protocol::server::{Link, Reach};
 
 use crate::board::{Interrupts, ServiceResources, UsbResources};
+use crate::settings;
 use crate::store::{ANSWERS, INCOMING};
 use crate::watchdog::{Client, check_in};
 
@@ -144,6 +146,10 @@ pub(crate) async fn run_serial(resources: ServiceResources) -> ! {
     let mut bytes = [0; 64];
     loop {
         check_in(Client::Serial);
+        wire.link.set_reach(match settings::with(|settings| settings.service_port) {
+            ServicePort::Cable => Reach::Cable,
+            ServicePort::Network => Reach::Network,
+        });
         match select(port.read(&mut bytes), Timer::after(ALIVE)).await {
             Either::First(Ok(length)) => {
                 for byte in bytes.iter().take(length) {
@@ -166,7 +172,7 @@ struct Wire {
 
 impl Wire {
     fn new(number: u8) -> Self {
-        Self { number, link: Link::new(number) }
+        Self { number, link: Link::new(number, Reach::Cable) }
     }
 
     /// Takes a byte; when it ends a request, gives the answer.

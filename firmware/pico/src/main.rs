@@ -39,10 +39,11 @@ mod plans;
 mod radar;
 mod readings;
 mod sensors;
+mod settings;
 mod store;
 mod watchdog;
 
-use defmt::{error, info};
+use defmt::info;
 use defmt_rtt as _;
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use embassy_rp::executor::InterruptExecutor;
@@ -66,10 +67,11 @@ unsafe fn SWI_IRQ_1() {
 async fn main(spawner: Spawner) {
     let resources = board::split(embassy_rp::init(embassy_rp::config::Config::default()));
     darkness::darken();
-    if let Some(note) = last_words::take() {
-        error!("the program before this one ended: {}", note.as_str());
-    }
     let dog = watchdog::Dog::wake(resources.dog);
+    if let Some(ended) = last_words::take(dog.after_fault()) {
+        // The log's owner finds it there; nothing else waits in the channel yet.
+        let _ = controller::EVENTS.try_send(ended);
+    }
     set_priorities();
     let interlock = guard::arm(resources.interlock);
     let Ok((lamps, pwm)) = lamps::take(resources.lamps) else { last_words::end("the lamps did not go dark") };

@@ -2,7 +2,7 @@
 
 use defmt::{info, warn};
 use heapless::{String, Vec};
-use vitrine_exhibit::plan::{MAX_VIEWS, ValidPlan};
+use vitrine_exhibit::plan::{Bounds, MAX_VIEWS, ValidPlan};
 use vitrine_exhibit::units::Milliseconds;
 use vitrine_protocol::Refusal;
 use vitrine_protocol::plan_file::{self, MAX_PLAN_BYTES};
@@ -21,6 +21,7 @@ struct Active {
     record: Record,
     name: String<48>,
     views: Vec<String<24>, MAX_VIEWS>,
+    bounds: Bounds,
 }
 
 /// Room for a plan as stored.
@@ -110,14 +111,28 @@ impl Plans {
         writer.append(chip, bytes).map_err(|_| Refusal::StorageFailed)
     }
 
-    /// Verifies the upload, makes it the newest record and hands it to the controller.
-    pub(crate) fn commit(&mut self, chip: &mut Chip, crc: u32) -> Result<(), Refusal> {
+    /// Reads back what was uploaded, before it is valid.
+    fn staged(&mut self, chip: &mut Chip, crc: u32) -> Result<ValidPlan, Refusal> {
         let writer = self.upload.as_ref().ok_or(Refusal::NoUpload)?;
         let staged = writer.staged(chip).map_err(|_| Refusal::StorageFailed)?;
         if staged.crc() != crc {
             return Err(Refusal::Checksum { expected: crc, found: staged.crc() });
         }
-        let plan = read(chip, &staged, self.buffer)?;
+        read(chip, &staged, self.buffer)
+    }
+
+    /// Tells whether the upload asks for more than the active plan does.
+    pub(crate) fn asks_for_more(&mut self, chip: &mut Chip, crc: u32) -> Result<bool, Refusal> {
+        let plan = self.staged(chip, crc)?;
+        Ok(match &self.active {
+            Some(active) => active.bounds.are_exceeded_by(&plan),
+            None => Bounds::default().are_exceeded_by(&plan),
+        })
+    }
+
+    /// Verifies the upload, makes it the newest record and hands it to the controller.
+    pub(crate) fn commit(&mut self, chip: &mut Chip, crc: u32) -> Result<(), Refusal> {
+        let plan = self.staged(chip, crc)?;
         // The slot of the plan before comes back within one step.
         self.take_back();
         let Some(slot) = self.spare.take() else { return Err(Refusal::LampsInMotion { retry: RETRY }) };
@@ -153,11 +168,13 @@ impl Active {
             record,
             name: plan.name.clone(),
             views: plan.views.iter().map(|view| view.id.clone()).collect(),
+            bounds: Bounds::of(plan),
         }
     }
 }
 
-fn wait_for_steady_lamps() -> Result<(), Refusal> {
+/// Refuses, until later, where lamps are in motion.
+pub(crate) fn wait_for_steady_lamps() -> Result<(), Refusal> {
     if controller::lamps_are_steady() { Ok(()) } else { Err(Refusal::LampsInMotion { retry: RETRY }) }
 }
 

@@ -39,6 +39,8 @@ struct Board {
     clock_record: Option<ClockRecord>,
     /// A host has set the time, and the battery clock does not have it yet.
     clock_is_being_set: bool,
+    /// A host has set the time, and the state's owner does not know it yet.
+    clock_was_set: bool,
 }
 
 static BOARD: CriticalSectionMutex<RefCell<Board>> = CriticalSectionMutex::new(RefCell::new(Board {
@@ -53,6 +55,7 @@ static BOARD: CriticalSectionMutex<RefCell<Board>> = CriticalSectionMutex::new(R
     clock_source: ClockSource::Nothing,
     clock_record: None,
     clock_is_being_set: false,
+    clock_was_set: false,
 }));
 
 /// What one step of the controller gets to know.
@@ -71,6 +74,8 @@ pub(crate) struct Readings {
     pub(crate) radar: Option<RadarFrame>,
     /// The time.
     pub(crate) now: Option<UtcSeconds>,
+    /// A host has set it since the last call.
+    pub(crate) clock_was_set: bool,
 }
 
 /// Takes what is new, and copies what is known and fresh.
@@ -87,6 +92,7 @@ pub(crate) fn take() -> Readings {
         enclosure: fresh(board.enclosure, now),
         radar: board.radar.take(),
         now: running(board.clock, now),
+        clock_was_set: core::mem::take(&mut board.clock_was_set),
     })
 }
 
@@ -150,6 +156,7 @@ pub(crate) fn clock_set_by_host(time: UtcSeconds) -> ClockRecord {
         board.clock = Some(Stamped { value: time, at });
         board.clock_source = ClockSource::Host;
         board.clock_is_being_set = true;
+        board.clock_was_set = true;
         record
     })
 }

@@ -14,8 +14,8 @@ use vitrine_drivers::{battery_clock, uv_sensor};
 use vitrine_exhibit::units::{Irradiance, UtcSeconds};
 
 use crate::board::{Interrupts, SensorsResources};
-use crate::readings;
 use crate::watchdog::{Client, check_in};
+use crate::{readings, settings};
 
 /// The viewer sensors make ten frames a second.
 const ROUND: Duration = Duration::from_millis(100);
@@ -111,7 +111,10 @@ async fn read_ultraviolet(bus: &mut Bus, answering: &mut Answering) {
         return;
     }
     match with_timeout(TRANSFER_TIMEOUT, uv_sensor::read(bus)).await {
-        Ok(Ok(reading)) => readings::ultraviolet(Irradiance(reading.irradiance_mw_m2), reading.air),
+        Ok(Ok(reading)) => {
+            let irradiance = Irradiance(reading.irradiance_mw_m2);
+            readings::ultraviolet(settings::with(|settings| settings.ultraviolet(irradiance)), reading.air);
+        }
         Ok(Err(error)) => {
             warn!("ultraviolet sensor: {}", defmt::Debug2Format(&error));
             answering.ultraviolet = false;

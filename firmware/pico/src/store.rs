@@ -1,4 +1,4 @@
-//! The owner of flash: plan, dose ledger, event log and what is known of the clock; and, as nearly all that hosts ask leads there, of the server.
+//! The owner of flash: plan, settings, dose ledger, event log and what is known of the clock; and, as nearly all that hosts ask leads there, of the server.
 //!
 //! Every call of the flash stops all interrupts: a page for 0.4 ms, a sector for 45 ms. Whatever can wait for that
 //! waits until the lamps are dark or at a steady level. A reservation of the ledger waits only for a moment: without
@@ -28,7 +28,7 @@ use crate::links::LINKS;
 use crate::plans::{self, Plans};
 use crate::sensors::SET_CLOCK;
 use crate::watchdog::{Client, check_in};
-use crate::{flash_map, readings};
+use crate::{flash_map, readings, settings};
 
 /// The chip.
 pub(crate) type Chip = Flash<'static, FLASH, Blocking, { flash_map::FLASH_BYTES }>;
@@ -78,6 +78,10 @@ impl Store {
             }
         };
         let log = EventLog::open(&mut chip).ok();
+        match vitrine_storage::settings::read(&mut chip) {
+            Ok(kept) => settings::change(&kept),
+            Err(_) => warn!("the settings cannot be read: defaults"),
+        }
         match clock::read(&mut chip) {
             Ok(record) => readings::clock_record(record),
             Err(_) => warn!("what is known of the clock cannot be read"),

@@ -30,8 +30,17 @@
 //!
 //! # What a host may not do
 //!
-//! A host may only ask for less: dark, another view under the plan's own lamp levels, a plan within the firmware's
-//! limits. No message raises a limit, and what overrides the exhibit's course carries a lease and lapses.
+//! No message raises a limit of the firmware, and what overrides the exhibit's course carries a lease and lapses. What
+//! else asks for more than the exhibit gives now is taken over a local cable only, and some of it in two steps: the answer
+//! is a code, which the host has to send back ([`Request::Confirm`]).
+//!
+//! | asked | over a network | over a cable |
+//! |---|---|---|
+//! | status, clock, plan, log and settings to read; dark; release; a plan that asks for no more | yes | yes |
+//! | a view to hold, light outside the hours, re-arm, the clock to set | no | yes |
+//! | a plan that asks for more (`vitrine_exhibit::plan::Bounds`), a new stack, settings | no | confirmed |
+//!
+//! A link is a cable where its wire ends beside the exhibit: USB, and the service port unless its setting says otherwise.
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -58,11 +67,11 @@ pub use fingerprint::FINGERPRINT;
 pub use frame::{Deframer, FrameError, MAX_BODY, MAX_FRAME};
 pub use message::{Hello, Reply, Request, Response};
 pub use refusal::Refusal;
-pub use server::{Controller, Link, Server};
+pub use server::{Controller, Link, Reach, Server};
 pub use status::Status;
 
 /// The version of the messages. It grows when a message changes its meaning or its layout.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 
 /// The most bytes of a plan in one message.
 pub const MAX_CHUNK: usize = 256;

@@ -3,7 +3,7 @@
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 pub use vitrine_exhibit::events::LogEntry;
-use vitrine_exhibit::units::UtcSeconds;
+use vitrine_exhibit::{settings::Settings, units::UtcSeconds};
 
 use crate::{MAX_CHUNK, Refusal, Status, status::ClockState};
 
@@ -69,6 +69,15 @@ pub enum Request {
         /// Where the answer before ended; none to begin with the oldest that is still there.
         from: Option<u16>,
     },
+    /// Reads the settings.
+    ReadSettings,
+    /// Changes all settings; wants a confirmation.
+    ChangeSettings(Settings),
+    /// Confirms what this link has asked for last, by the code of [`Response::Confirm`].
+    Confirm {
+        /// The code.
+        code: u32,
+    },
 }
 
 /// What the controller answers.
@@ -110,6 +119,14 @@ pub enum Response {
         next: u16,
         /// What was told since; whoever asks too seldom misses some.
         bytes: Chunk,
+    },
+    /// To [`Request::ReadSettings`].
+    Settings(Settings),
+    /// To a request that asks for more than the exhibit gives now: it is carried out once it is confirmed, on the same
+    /// link and within [`crate::server::CONFIRM_WITHIN_MS`].
+    Confirm {
+        /// What [`Request::Confirm`] has to say.
+        code: u32,
     },
 }
 

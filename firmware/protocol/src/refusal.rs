@@ -89,6 +89,12 @@ pub enum Refusal {
     StorageFailed,
     /// The answer is larger than a frame. A fault of the firmware.
     AnswerTooLarge,
+    /// What asks for more is taken over a local cable only.
+    CableOnly,
+    /// Nothing waits for this confirmation on this link, or it came too late.
+    NothingToConfirm,
+    /// The settings lie outside their bounds. The settings before stay.
+    UnfitSettings(vitrine_exhibit::settings::SettingsError),
 }
 
 impl Refusal {
@@ -143,6 +149,13 @@ impl fmt::Display for Refusal {
             Self::ClockFailed => f.write_str("the battery clock does not take the time"),
             Self::StorageFailed => f.write_str("its flash memory failed"),
             Self::AnswerTooLarge => f.write_str("the answer does not fit a frame: a fault of its firmware"),
+            Self::CableOnly => f.write_str(
+                "over a network it may only be asked for less; this is taken over a cable at the exhibit",
+            ),
+            Self::NothingToConfirm => {
+                f.write_str("nothing waits for this confirmation, or it came too late; ask once more")
+            }
+            Self::UnfitSettings(error) => write!(f, "{error}; the settings before stay"),
         }
     }
 }

@@ -1,7 +1,8 @@
 //! The controller's side: frames in, requests to the [`Controller`], frames out.
 //!
 //! - [`Link`]: one wire (USB, UART, a TCP connection). It finds frames, counts what is none, limits the rate.
-//! - [`Server`]: one for all links. It knows the upload in progress and answers requests.
+//! - [`Server`]: one for all links. It knows the upload in progress and what waits for its confirmation, and answers
+//!   requests.
 //! - [`Controller`]: what the server needs of the board, or of the virtual controller.
 //!
 //! Pure: bytes and the time go in, bytes come out. Nothing waits.
@@ -18,11 +19,20 @@ use crate::{
 use vitrine_exhibit::{
     inputs as exhibit,
     limits::LONGEST_LEASE,
+    settings::Settings,
     units::{Milliseconds, UtcSeconds},
 };
 
-/// After this silence another host may take over an upload.
-pub const UPLOAD_SILENCE_MS: u64 = 10_000;
+mod confirm;
+mod upload;
+
+pub use self::confirm::CONFIRM_WITHIN_MS;
+use self::confirm::{Confirmations, Waiting};
+pub use self::upload::UPLOAD_SILENCE_MS;
+use self::upload::Uploads;
+
+/// A clock that was set may be set again after this time: each setting wears the flash that keeps its drift.
+pub const CLOCK_REST_MS: u64 = 1_000;
 
 /// The times to which a clock may be set: from 2024 to the end of 2099.
 pub const PLAUSIBLE_TIMES: RangeInclusive<UtcSeconds> = UtcSeconds(1_704_067_200)..=UtcSeconds(4_102_444_799);
@@ -44,10 +54,17 @@ pub trait Controller {
     fn begin_plan(&mut self, length: u32) -> Result<(), Refusal>;
     /// Writes the next bytes of the plan; the server calls it with each byte once and in order.
     fn append_plan(&mut self, bytes: &[u8]) -> Result<(), Refusal>;
+    /// Reads back what was written, holds it against `crc`, checks that it is a plan, and tells whether it asks for more
+    /// than the active one does.
+    fn plan_asks_for_more(&mut self, crc: u32) -> Result<bool, Refusal>;
     /// Reads back what was written, holds it against `crc`, checks that it is a plan, and makes it the active one.
     fn commit_plan(&mut self, crc: u32) -> Result<(), Refusal>;
     /// Reads the active plan from `offset` on into `part`; gives the plan's length and the bytes read.
     fn read_plan(&mut self, offset: u32, part: &mut [u8]) -> Result<(u32, usize), Refusal>;
+    /// The settings.
+    fn settings(&mut self) -> Settings;
+    /// Keeps settings that lie within their bounds, and goes by them from now on.
+    fn change_settings(&mut self, settings: &Settings) -> Result<(), Refusal>;
     /// Reads the event log from the entry `from` on.
     fn read_log(&mut self, from: u32) -> Result<LogPage, Refusal>;
     /// Reads what the firmware tells as it runs, from where the call before ended, into `part`; gives where to go on and
@@ -68,10 +85,20 @@ pub struct LinkFaults {
     pub too_many: u32,
 }
 
+/// Where a link's wire ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// Beside the exhibit.
+    Cable,
+    /// Anywhere: its hosts may only ask for less.
+    Network,
+}
+
 /// One wire to a host.
 #[derive(Debug)]
 pub struct Link {
     number: u8,
+    reach: Reach,
     deframer: Deframer,
     bucket: Bucket,
     acquainted: bool,
@@ -82,15 +109,17 @@ pub struct Link {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Incoming {
     link: u8,
+    reach: Reach,
     sequence: u16,
     request: Result<Request, Refusal>,
 }
 
 impl Link {
     /// A new wire. Numbers tell the links of one server apart.
-    pub const fn new(number: u8) -> Self {
+    pub const fn new(number: u8, reach: Reach) -> Self {
         Self {
             number,
+            reach,
             deframer: Deframer::new(),
             bucket: Bucket::new(),
             acquainted: false,
@@ -114,7 +143,17 @@ impl Link {
             }
         };
         let (sequence, request) = decoded?;
-        Some(Incoming { link: self.number, sequence, request: self.admit(request, now_ms) })
+        Some(Incoming {
+            link: self.number,
+            reach: self.reach,
+            sequence,
+            request: self.admit(request, now_ms),
+        })
+    }
+
+    /// Says anew where the wire ends.
+    pub const fn set_reach(&mut self, reach: Reach) {
+        self.reach = reach;
     }
 
     /// Forgets a host that has gone: the next one has to greet.
@@ -142,34 +181,27 @@ impl Link {
     }
 }
 
-/// An upload in progress.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Upload {
-    link: u8,
-    length: u32,
-    crc: u32,
-    received: u32,
-    heard_at_ms: u64,
-    abandoned: bool,
-}
-
 /// Answers the requests of all links.
 #[derive(Debug, Default)]
 pub struct Server {
-    upload: Option<Upload>,
-    committed: Option<u32>,
+    uploads: Uploads,
+    confirmations: Confirmations,
+    clock_set_at_ms: Option<u64>,
 }
 
 impl Server {
     /// No upload in progress.
     pub const fn new() -> Self {
-        Self { upload: None, committed: None }
+        Self { uploads: Uploads::new(), confirmations: Confirmations::new(), clock_set_at_ms: None }
     }
 
     /// Answers a request with the frame to send back on its link.
     pub fn answer<C: Controller>(&mut self, incoming: &Incoming, now_ms: u64, controller: &mut C) -> Frame {
         let reply: Reply = match &incoming.request {
-            Ok(request) => self.respond(incoming.link, request, now_ms, controller),
+            Ok(request) if incoming.reach == Reach::Network && asks_for_more(request) => {
+                Err(Refusal::CableOnly)
+            }
+            Ok(request) => self.respond(incoming, request, now_ms, controller),
             Err(refusal) => Err(*refusal),
         };
         frame::encode(incoming.sequence, &reply).unwrap_or_else(|_| {
@@ -179,21 +211,19 @@ impl Server {
     }
 
     /// Takes note that the host on a link has gone: another may go on with its upload at once.
-    pub const fn link_closed(&mut self, link: u8) {
-        if let Some(upload) = &mut self.upload
-            && upload.link == link
-        {
-            upload.abandoned = true;
-        }
+    pub fn link_closed(&mut self, link: u8) {
+        self.uploads.link_closed(link);
+        self.confirmations.link_closed(link);
     }
 
     fn respond<C: Controller>(
         &mut self,
-        link: u8,
+        incoming: &Incoming,
         request: &Request,
         now_ms: u64,
         controller: &mut C,
     ) -> Reply {
+        let link = incoming.link;
         match request {
             Request::Hello { .. } => {
                 let mut hello = controller.hello();
@@ -203,105 +233,99 @@ impl Server {
             }
             Request::Status => Ok(Response::Status(controller.status())),
             Request::Clock => Ok(Response::Clock(controller.clock())),
-            Request::SetClock { now } => {
-                if !PLAUSIBLE_TIMES.contains(now) {
-                    return Err(Refusal::ImplausibleTime);
-                }
-                controller.set_clock(*now)?;
-                Ok(Response::Clock(controller.clock()))
+            Request::SetClock { now } => self.set_clock(*now, now_ms, controller),
+            Request::BeginUpload { length, crc } => {
+                self.uploads.begin(link, *length, *crc, now_ms, controller)
             }
-            Request::BeginUpload { length, crc } => self.begin(link, *length, *crc, now_ms, controller),
-            Request::UploadChunk { offset, bytes } => self.chunk(link, *offset, bytes, now_ms, controller),
-            Request::CommitUpload { crc } => self.commit(link, *crc, controller),
+            Request::UploadChunk { offset, bytes } => {
+                self.uploads.chunk(link, *offset, bytes, now_ms, controller)
+            }
+            Request::CommitUpload { crc } => self.commit(incoming, *crc, now_ms, controller),
             Request::ReadPlan { offset } => read_plan(*offset, controller),
+            Request::Exhibit(exhibit::Request::NewStack) => {
+                Ok(self.confirmations.want(link, Waiting::NewStack, now_ms))
+            }
             Request::Exhibit(request) => {
                 check_lease(*request)?;
                 controller.request(*request)?;
                 Ok(Response::Done)
             }
+            Request::ReadSettings => Ok(Response::Settings(controller.settings())),
+            Request::ChangeSettings(settings) => {
+                settings.check().map_err(Refusal::UnfitSettings)?;
+                Ok(self.confirmations.want(link, Waiting::Settings(settings.clone()), now_ms))
+            }
+            Request::Confirm { code } => self.confirm(link, *code, now_ms, controller),
             Request::ReadLog { from } => controller.read_log(*from).map(Response::Log),
             Request::ReadLive { from } => read_live(*from, controller),
         }
     }
 
-    fn begin<C: Controller>(
+    fn set_clock<C: Controller>(&mut self, now: UtcSeconds, now_ms: u64, controller: &mut C) -> Reply {
+        if !PLAUSIBLE_TIMES.contains(&now) {
+            return Err(Refusal::ImplausibleTime);
+        }
+        let rested_ms = self.clock_set_at_ms.map_or(CLOCK_REST_MS, |at_ms| now_ms.saturating_sub(at_ms));
+        if rested_ms < CLOCK_REST_MS {
+            let left_ms = u32::try_from(CLOCK_REST_MS - rested_ms).unwrap_or(u32::MAX);
+            return Err(Refusal::TooManyRequests { retry: Milliseconds(left_ms) });
+        }
+        controller.set_clock(now)?;
+        self.clock_set_at_ms = Some(now_ms);
+        Ok(Response::Clock(controller.clock()))
+    }
+
+    /// Makes a plan active; one that asks for more than the active one waits for its confirmation.
+    fn commit<C: Controller>(
         &mut self,
-        link: u8,
-        length: u32,
+        incoming: &Incoming,
         crc: u32,
         now_ms: u64,
         controller: &mut C,
     ) -> Reply {
-        if let Some(upload) = &mut self.upload {
-            let silence_ms = now_ms.saturating_sub(upload.heard_at_ms);
-            if upload.link != link && !upload.abandoned && silence_ms < UPLOAD_SILENCE_MS {
-                let left_ms = u32::try_from(UPLOAD_SILENCE_MS - silence_ms).unwrap_or(u32::MAX);
-                return Err(Refusal::OtherUpload { retry: Milliseconds(left_ms) });
-            }
-            if upload.length == length && upload.crc == crc {
-                upload.link = link;
-                upload.heard_at_ms = now_ms;
-                upload.abandoned = false;
-                return Ok(Response::Upload { received: upload.received });
-            }
+        let link = incoming.link;
+        if self.uploads.is_complete(link, crc)?
+            && self.uploads.verified(controller.plan_asks_for_more(crc))?
+        {
+            return match incoming.reach {
+                Reach::Network => Err(Refusal::CableOnly),
+                Reach::Cable => Ok(self.confirmations.want(link, Waiting::Plan { crc }, now_ms)),
+            };
         }
-        self.upload = None;
-        self.committed = None;
-        controller.begin_plan(length)?;
-        self.upload = Some(Upload { link, length, crc, received: 0, heard_at_ms: now_ms, abandoned: false });
-        Ok(Response::Upload { received: 0 })
+        self.uploads.commit(link, crc, controller)
     }
 
-    fn chunk<C: Controller>(
-        &mut self,
-        link: u8,
-        offset: u32,
-        bytes: &[u8],
-        now_ms: u64,
-        controller: &mut C,
-    ) -> Reply {
-        let upload = self.upload.as_mut().filter(|upload| upload.link == link).ok_or(Refusal::NoUpload)?;
-        upload.heard_at_ms = now_ms;
-        let known = upload.received.checked_sub(offset).ok_or(Refusal::Gap { expected: upload.received })?;
-        let end = u32::try_from(bytes.len())
-            .ok()
-            .and_then(|length| offset.checked_add(length))
-            .filter(|end| *end <= upload.length)
-            .ok_or(Refusal::PastEnd { length: upload.length })?;
-        let fresh = usize::try_from(known).ok().and_then(|known| bytes.get(known..)).unwrap_or_default();
-        if !fresh.is_empty() {
-            match controller.append_plan(fresh) {
-                Ok(()) => upload.received = end,
-                Err(refusal) if refusal.retry().is_some() => return Err(refusal),
-                Err(refusal) => {
-                    self.upload = None;
-                    return Err(refusal);
-                }
-            }
+    /// Carries out what waits for this confirmation. A repeated confirmation, whose first answer was lost, is told the same.
+    fn confirm<C: Controller>(&mut self, link: u8, code: u32, now_ms: u64, controller: &mut C) -> Reply {
+        if let Some(response) = self.confirmations.done(link, code) {
+            return Ok(response);
         }
-        Ok(Response::Upload { received: self.upload.map_or(0, |upload| upload.received) })
+        let response = match self.confirmations.waiting(link, code, now_ms)? {
+            Waiting::NewStack => {
+                controller.request(exhibit::Request::NewStack)?;
+                Response::Done
+            }
+            Waiting::Settings(settings) => {
+                controller.change_settings(settings)?;
+                Response::Settings(settings.clone())
+            }
+            Waiting::Plan { crc } => {
+                let crc = *crc;
+                self.uploads.commit(link, crc, controller)?
+            }
+        };
+        self.confirmations.finish(&response);
+        Ok(response)
     }
+}
 
-    fn commit<C: Controller>(&mut self, link: u8, crc: u32, controller: &mut C) -> Reply {
-        if self.committed == Some(crc) {
-            return Ok(Response::Committed { crc });
-        }
-        let upload = self.upload.filter(|upload| upload.link == link).ok_or(Refusal::NoUpload)?;
-        if upload.received < upload.length {
-            return Err(Refusal::Incomplete { received: upload.received, length: upload.length });
-        }
-        if upload.crc != crc {
-            return Err(Refusal::Checksum { expected: upload.crc, found: crc });
-        }
-        match controller.commit_plan(crc) {
-            Err(refusal) if refusal.retry().is_some() => return Err(refusal),
-            outcome => {
-                self.upload = None;
-                outcome?;
-            }
-        }
-        self.committed = Some(crc);
-        Ok(Response::Committed { crc })
+/// Whether a request asks for more than the exhibit gives now; a plan is looked at when it is whole.
+const fn asks_for_more(request: &Request) -> bool {
+    use exhibit::Request::{Dark, Release};
+    match request {
+        Request::Exhibit(request) => !matches!(request, Dark { .. } | Release),
+        Request::SetClock { .. } | Request::ChangeSettings(_) | Request::Confirm { .. } => true,
+        _ => false,
     }
 }
 

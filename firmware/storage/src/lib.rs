@@ -7,7 +7,7 @@
 //!
 //! - [`TwoSlots`]: one record in two places, the newest valid one counts. For the plan and the settings.
 //! - [`Ring`]: numbered entries of one size, the newest are kept. For the dose ledger and the event log.
-//! - [`Ledger`], [`EventLog`], [`clock`]: those, with their own types.
+//! - [`Ledger`], [`EventLog`], [`clock`], [`settings`]: those, with their own types.
 //! - [`map`]: where each lies.
 #![no_std]
 #![forbid(unsafe_code)]
@@ -27,7 +27,9 @@ pub mod map;
 #[allow(clippy::indexing_slicing, reason = "only tests use it, and they may panic")]
 pub mod mock;
 mod ring;
+pub mod settings;
 mod slots;
+mod small;
 #[cfg(test)]
 mod tests;
 

@@ -46,7 +46,7 @@ pub const IMAGE_END: u32 = OLD_IMAGE + IMAGE_BYTES;
 /// The plan.
 pub const PLAN: TwoSlots = TwoSlots::new(IMAGE_END, 4 * SECTOR_BYTES);
 
-/// The settings made on the spot: lamp calibration, serial name.
+/// The settings made on the spot.
 pub const SETTINGS: TwoSlots = TwoSlots::new(PLAN.end(), SECTOR_BYTES);
 
 /// Bytes of an entry of the dose ledger.

@@ -23,6 +23,7 @@ mod rows;
 mod schema;
 mod self_test;
 mod serve;
+mod settings;
 mod setup;
 mod status;
 mod upload;
@@ -76,10 +77,12 @@ enum Command {
     Clock(clock::Clock),
     Hold(requests::Hold),
     Dark(requests::Dark),
+    Open(requests::Open),
     Release(requests::Release),
     Rearm(requests::Rearm),
     NewStack(requests::NewStack),
     SelfTest(self_test::SelfTest),
+    Settings(settings::Settings),
     Controller(controller::Controller),
     Schema(schema::Schema),
     Explain(setup::Explain),
@@ -130,10 +133,12 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
         Command::Clock(command) => command.run(output),
         Command::Hold(command) => command.run(output),
         Command::Dark(command) => command.run(output),
+        Command::Open(command) => command.run(output),
         Command::Release(command) => command.run(output),
         Command::Rearm(command) => command.run(output),
         Command::NewStack(command) => command.run(output),
         Command::SelfTest(command) => command.run(output),
+        Command::Settings(command) => command.run(output),
         Command::Controller(command) => command.run(output),
         Command::Schema(command) => command.run(output),
         Command::Explain(command) => command.run(output),

@@ -1,4 +1,4 @@
-//! `vitrine hold`, `dark`, `release`, `rearm` and `new-stack`: what a person asks of the exhibit.
+//! `vitrine hold`, `dark`, `open`, `release`, `rearm` and `new-stack`: what a person asks of the exhibit.
 
 use clap::Args;
 use miette::{Diagnostic, Report};
@@ -42,7 +42,22 @@ pub(super) struct Dark {
     sending: Sending,
 }
 
-/// End what `hold` or `dark` asked for.
+/// Light the exhibit outside the schedule's hours until the time is over.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  vitrine open
+  vitrine open --for 3h               for an evening's guests
+  vitrine release                     ends it early")]
+pub(super) struct Open {
+    /// For how long: such as 90s, 10m or 2h, at most 24h.
+    #[arg(long = "for", value_name = "TIME", default_value = "1h", value_parser = lease)]
+    lease: Milliseconds,
+    #[command(flatten)]
+    sending: Sending,
+}
+
+/// End what `hold`, `dark` or `open` asked for.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  vitrine release\n  vitrine release --to /dev/ttyACM0")]
 pub(super) struct Release {
@@ -74,12 +89,6 @@ enum RequestFailure {
     #[error("the controller has no view \"{id}\"")]
     #[diagnostic(code(vitrine::hold::no_such_view), help("{help}"))]
     NoSuchView { id: String, help: String },
-    #[error("the dose ledger of the films is not started anew without confirmation")]
-    #[diagnostic(
-        code(vitrine::new_stack::unconfirmed),
-        help("replace the films first, then say `vitrine new-stack --yes`")
-    )]
-    Unconfirmed,
 }
 
 impl Hold {
@@ -118,6 +127,19 @@ impl Dark {
     }
 }
 
+impl Open {
+    pub(super) fn run(self, output: Output) -> Result<(), Report> {
+        let lease = self.lease;
+        let sent = self.sending.send(|client| client.open_outside_hours(lease))?;
+        let done =
+            serde_json::json!({ "open": true, "lease_s": lease.0 / 1000, "sent": sent.is_sent() });
+        output.result(&done, || {
+            sent.in_words(format!("open for {}, whatever the schedule says", in_words(lease)))
+        });
+        Ok(())
+    }
+}
+
 impl Release {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let sent = self.sending.send(vitrine::link::Client::release)?;
@@ -142,10 +164,13 @@ impl Rearm {
 
 impl NewStack {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
-        if !self.yes && !self.sending.dry_run {
-            return Err(RequestFailure::Unconfirmed.into());
-        }
-        let sent = self.sending.send(vitrine::link::Client::new_stack)?;
+        let confirmed = self.yes;
+        let sent = self.sending.send(|client| {
+            if confirmed {
+                client.confirm_more();
+            }
+            client.new_stack()
+        })?;
         output.result(&serde_json::json!({ "new_stack": true, "sent": sent.is_sent() }), || {
             sent.in_words("a fresh stack is declared".to_owned())
         });

@@ -7,6 +7,7 @@ use miette::Report;
 use serde_json::{Value, json};
 use vitrine::build_folder::BuildFolder;
 use vitrine::link::{Address, Client};
+use vitrine_exhibit::Snapshot;
 use vitrine_exhibit::units::{CentiCelsius, Dose, Irradiance, Lamp, Level, PerLamp};
 use vitrine_protocol::{Hello, Status as Told, plan_file};
 
@@ -54,7 +55,7 @@ fn as_text(client: &Client, status: &Told, in_sync: Option<bool>) -> String {
     let hello = client.hello();
     let mut lines =
         vec![format!("{name} at {}, {}, firmware {}", client.address(), hello.serial_number, hello.firmware)];
-    let mut line = |what: &str, text: String| lines.push(format!("{what:<10} {text}"));
+    let mut line = |what: &str, text: String| lines.push(format!("{what:<11} {text}"));
     if let Some(in_sync) = in_sync {
         let text = if in_sync {
             "the controller runs this build"
@@ -87,6 +88,11 @@ fn as_text(client: &Client, status: &Told, in_sync: Option<bool>) -> String {
             board.map_or_else(|| "no reading".to_owned(), |board| format!("{:.1} C", celsius(board)))
         }),
     );
+    line(
+        "enclosure",
+        snapshot.enclosure.map_or_else(|| "no reading".to_owned(), |air| format!("{:.1} C", celsius(air))),
+    );
+    line("ultraviolet", ultraviolet_text(snapshot));
     line("dose today", both(snapshot.day_dose, |dose| format!("{:.1} kJ/m2", kilojoules(dose))));
     line("dose, life", both(snapshot.life_dose, |dose| format!("{:.1} kJ/m2", kilojoules(dose))));
     line("hours", both(snapshot.lit_s, |seconds| format!("{:.1}", f64::from(seconds) / 3600.0)));
@@ -102,6 +108,16 @@ fn as_text(client: &Client, status: &Told, in_sync: Option<bool>) -> String {
     }
     line("starts", format!("{}, {} after a fault", snapshot.power_cycles, snapshot.watchdog_resets));
     lines.join("\n")
+}
+
+fn ultraviolet_text(snapshot: &Snapshot) -> String {
+    match snapshot.ultraviolet {
+        _ if snapshot.ultraviolet_lost => {
+            "the sensor on which the plan counts is silent: service is due".to_owned()
+        }
+        Some(reading) => format!("{:.3} W/m2 at the sensor", watts(reading)),
+        None => "no sensor".to_owned(),
+    }
 }
 
 fn both<T>(pair: PerLamp<T>, text: impl Fn(T) -> String) -> String {
@@ -146,6 +162,8 @@ pub(super) fn as_json(address: &Address, hello: &Hello, status: &Told, in_sync: 
         "enclosure_celsius": snapshot.enclosure.map(celsius),
         "supply_v": snapshot.supply.map(|supply| f64::from(supply.0) / 1000.0),
         "ultraviolet_w_m2": snapshot.ultraviolet.map(watts),
+        "ultraviolet_sensor_lost": snapshot.ultraviolet_lost,
+        "viewer_sensor_lost": snapshot.viewer_sensor_lost,
         "clock": { "now": status.clock.now.map(time_text), "source": source_text(status.clock.source) },
         "lease_s": f64::from(snapshot.lease.0) / 1000.0,
         "power_cycles": snapshot.power_cycles,

@@ -7,7 +7,7 @@ use miette::{Diagnostic, IntoDiagnostic, Report};
 use thiserror::Error;
 use vitrine::build_folder::BuildFolder;
 use vitrine::link::{Client, LinkError};
-use vitrine_exhibit::plan::{Plan, PlanError, ValidPlan};
+use vitrine_exhibit::plan::{Bounds, Plan, PlanError, ValidPlan};
 use vitrine_protocol::Refusal;
 use vitrine_protocol::plan_file::{self, PlanFileError};
 
@@ -28,6 +28,9 @@ pub(super) struct Upload {
     build: PathBuf,
     #[command(flatten)]
     to: To,
+    /// Confirm a plan that asks for more than the active one: higher limits, or lamps measured weaker.
+    #[arg(long)]
+    allow_more: bool,
     /// Only tell what would change.
     #[arg(long)]
     dry_run: bool,
@@ -63,11 +66,18 @@ impl Upload {
         let change = changes(before.as_ref(), &plan);
         output.note(&change);
         let same = before.as_ref() == Some(&plan);
+        let more = before.as_ref().map(Bounds::of).unwrap_or_default().are_exceeded_by(&plan);
+        if more && !self.allow_more {
+            output.note("it asks for more than the controller allows now: --allow-more confirms that");
+        }
         let wanted = !self.dry_run && !same;
         if wanted && before.is_some() && !self.yes && !output.asks("Send it?").into_diagnostic()? {
             return Err(UploadFailure::Declined.into());
         }
         if wanted {
+            if self.allow_more {
+                client.confirm_more();
+            }
             client.upload(&bytes, &mut |_| {})?;
         }
         let active_since = wanted.then(|| jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string());
@@ -81,6 +91,7 @@ impl Upload {
             "bytes": bytes.len(),
             "crc": format!("{:08x}", plan_file::crc(&bytes)),
             "change": change,
+            "asks_for_more": more,
             "sent": sent,
             "active_since": active_since,
         });

@@ -1,7 +1,7 @@
 //! The controller's terms in plain words.
 
 use vitrine_exhibit::Presence;
-use vitrine_exhibit::events::{Cut, Event};
+use vitrine_exhibit::events::{Cut, Event, ProgramEnd};
 use vitrine_exhibit::interlock::InterlockState;
 use vitrine_exhibit::units::Lamp;
 use vitrine_exhibit::viewer::Bearing;
@@ -92,5 +92,18 @@ pub(super) fn event(event: Event) -> String {
         Event::EnclosureWarm => "the air in the enclosure is warm".to_owned(),
         Event::LampHours(which, hours) => format!("{} lamp: {hours} hours at full level", lamp(which)),
         Event::NewStack => "a fresh stack was declared".to_owned(),
+        Event::UltravioletSensorLost => {
+            "the ultraviolet sensor on which the plan counts is silent: service is due".to_owned()
+        }
+        Event::UltravioletSensorBack => "the ultraviolet sensor is back".to_owned(),
+        Event::ClockJumped { seconds } => {
+            let way = if seconds < 0 { "back" } else { "forward" };
+            format!("the clock was put {way} by {} s", seconds.unsigned_abs())
+        }
+        Event::ProgramEnded { end, at } => match (end, at) {
+            (ProgramEnd::Panic, 1..) => format!("the program before this one ended: {end}, in line {at}"),
+            (ProgramEnd::HardFault, _) => format!("the program before this one ended: {end} at {at:#010x}"),
+            _ => format!("the program before this one ended: {end}"),
+        },
     }
 }

@@ -5,7 +5,8 @@ use vitrine_exhibit::{
     governor::LampCommand,
     inputs::{Inputs, Request},
     ledger::StoredReservation,
-    plan::ValidPlan,
+    plan::{Bounds, ValidPlan},
+    settings::Settings,
     step,
     units::{Level, Milliseconds, PerLamp, UtcSeconds},
 };
@@ -45,6 +46,8 @@ pub struct VirtualController {
     log: EventLog,
     stored: Option<StoredReservation>,
     requests: Vec<Request>,
+    settings: Settings,
+    clock_was_set: bool,
     command: LampCommand,
     steady_ms: u32,
     time_ms: u64,
@@ -67,6 +70,7 @@ impl VirtualController {
         let (ledger, record) = Ledger::open(&mut flash).map_err(storage_failed)?;
         let log = EventLog::open(&mut flash).map_err(storage_failed)?;
         let time = Time::new(clock, vitrine_storage::clock::read(&mut flash).map_err(storage_failed)?);
+        let settings = vitrine_storage::settings::read(&mut flash).map_err(storage_failed)?;
         let mut controller = Self {
             name: "SIMULATED".to_owned(),
             flash,
@@ -78,6 +82,8 @@ impl VirtualController {
             log,
             stored: None,
             requests: Vec::new(),
+            settings,
+            clock_was_set: false,
             command: LampCommand::DARK,
             steady_ms: STEADY_MS,
             time_ms: 0,
@@ -149,7 +155,7 @@ impl VirtualController {
     }
 
     /// Takes note that a host has gone: what it began to upload is free for others.
-    pub const fn link_closed(&mut self, link: u8) {
+    pub fn link_closed(&mut self, link: u8) {
         self.server.link_closed(link);
     }
 
@@ -163,14 +169,20 @@ impl VirtualController {
         let viewer = self.viewer.unwrap_or_else(|| self.walk.at(self.time_ms));
         let frames =
             self.time_ms.is_multiple_of(FRAME_EVERY_MS).then(|| thermal_frames(viewer, &mut self.noise));
+        let frames = frames.map(|frames| frames.map(|frame| self.settings.placed(frame)));
         let requests = std::mem::take(&mut self.requests);
+        let plan = self.plan.as_ref().map(|active| &active.plan);
+        let ultraviolet = frames.and(self.surroundings.ultraviolet(plan, self.command.levels()));
         let inputs = Inputs {
-            plan: self.plan.as_ref().map(|active| &active.plan),
+            plan,
             thermal: frames.as_ref().map_or([None; 2], |[left, right]| [Some(left), Some(right)]),
             interlock: self.surroundings.interlock,
             boards: self.surroundings.boards(),
+            enclosure: self.surroundings.enclosure,
             supply: self.surroundings.supply,
+            ultraviolet: ultraviolet.map(|reading| self.settings.ultraviolet(reading)),
             now: self.now(),
+            clock_was_set: std::mem::take(&mut self.clock_was_set),
             requests: &requests,
             staff_key: self.surroundings.staff_key,
             stored: self.stored.take(),
@@ -219,7 +231,17 @@ impl VirtualController {
         ValidPlan::new(plan).map_err(Refusal::UnfitPlan)
     }
 
-    fn may_write_plan(&self) -> Result<(), Refusal> {
+    /// Reads back what was uploaded, before it is valid.
+    fn staged_plan(&mut self, crc: u32) -> Result<ValidPlan, Refusal> {
+        let writer = self.writer.as_ref().ok_or(Refusal::NoUpload)?;
+        let staged = writer.staged(&mut self.flash).map_err(storage_failed)?;
+        if staged.crc() != crc {
+            return Err(Refusal::Checksum { expected: crc, found: staged.crc() });
+        }
+        self.read_as_plan(&staged)
+    }
+
+    fn may_erase(&self) -> Result<(), Refusal> {
         if self.steady_ms >= STEADY_MS {
             Ok(())
         } else {
@@ -269,6 +291,7 @@ impl Controller for VirtualController {
         let record = self.time.record_of(now, self.time_ms);
         vitrine_storage::clock::store(&mut self.flash, &record).map_err(storage_failed)?;
         self.time.set(now, self.time_ms, record);
+        self.clock_was_set = true;
         Ok(())
     }
 
@@ -289,7 +312,7 @@ impl Controller for VirtualController {
         if length == 0 || length > most {
             return Err(Refusal::PlanLength { most });
         }
-        self.may_write_plan()?;
+        self.may_erase()?;
         self.writer = None;
         self.writer = Some(PLAN.begin(&mut self.flash, length).map_err(storage_failed)?);
         Ok(())
@@ -302,19 +325,21 @@ impl Controller for VirtualController {
             .ok_or(Refusal::NoUpload)?
             .will_erase(u32::try_from(bytes.len()).unwrap_or(u32::MAX));
         if erases {
-            self.may_write_plan()?;
+            self.may_erase()?;
         }
         let writer = self.writer.as_mut().ok_or(Refusal::NoUpload)?;
         writer.append(&mut self.flash, bytes).map_err(storage_failed)
     }
 
+    fn plan_asks_for_more(&mut self, crc: u32) -> Result<bool, Refusal> {
+        let plan = self.staged_plan(crc)?;
+        let bounds = self.plan.as_ref().map(|active| Bounds::of(&active.plan)).unwrap_or_default();
+        Ok(bounds.are_exceeded_by(&plan))
+    }
+
     fn commit_plan(&mut self, crc: u32) -> Result<(), Refusal> {
+        let plan = self.staged_plan(crc)?;
         let writer = self.writer.take().ok_or(Refusal::NoUpload)?;
-        let staged = writer.staged(&mut self.flash).map_err(storage_failed)?;
-        if staged.crc() != crc {
-            return Err(Refusal::Checksum { expected: crc, found: staged.crc() });
-        }
-        let plan = self.read_as_plan(&staged)?;
         let record = writer.finish(&mut self.flash).map_err(storage_failed)?;
         self.plan = Some(ActivePlan { plan, record });
         Ok(())
@@ -324,6 +349,17 @@ impl Controller for VirtualController {
         let record = self.plan.as_ref().ok_or(Refusal::NoPlan)?.record;
         let read = record.read(&mut self.flash, offset, part).map_err(storage_failed)?;
         Ok((record.length(), read))
+    }
+
+    fn settings(&mut self) -> Settings {
+        self.settings.clone()
+    }
+
+    fn change_settings(&mut self, settings: &Settings) -> Result<(), Refusal> {
+        self.may_erase()?;
+        vitrine_storage::settings::store(&mut self.flash, settings).map_err(storage_failed)?;
+        self.settings.clone_from(settings);
+        Ok(())
     }
 
     fn read_log(&mut self, from: u32) -> Result<LogPage, Refusal> {

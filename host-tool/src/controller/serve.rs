@@ -13,7 +13,7 @@ use std::{
 
 use miette::Diagnostic;
 use thiserror::Error;
-use vitrine_protocol::Link;
+use vitrine_protocol::{Link, Reach};
 
 use super::VirtualController;
 use crate::link::Announcement;
@@ -161,14 +161,14 @@ fn accept(listener: &TcpListener, controller: &Arc<Mutex<VirtualController>>, st
     let mut hosts: Vec<JoinHandle<()>> = Vec::new();
     while !stop.load(Ordering::Relaxed) {
         hosts.retain(|host| !host.is_finished());
-        let Ok((stream, _)) = listener.accept() else {
+        let Ok((stream, peer)) = listener.accept() else {
             thread::sleep(STEP);
             continue;
         };
         let (controller, stop) = (controller.clone(), stop.clone());
         let number = numbers.fetch_add(1, Ordering::Relaxed);
         hosts.push(thread::spawn(move || {
-            let _gone = talk(stream, number, &controller, &stop);
+            let _gone = talk(stream, Link::new(number, reach(peer)), &controller, &stop);
             lock(&controller).link_closed(number);
         }));
     }
@@ -177,10 +177,15 @@ fn accept(listener: &TcpListener, controller: &Arc<Mutex<VirtualController>>, st
     }
 }
 
+/// A program on this computer stands for one beside the exhibit; any other comes over a network.
+const fn reach(peer: SocketAddr) -> Reach {
+    if peer.ip().to_canonical().is_loopback() { Reach::Cable } else { Reach::Network }
+}
+
 /// Serves one host until it goes or the server ends.
 fn talk(
     mut stream: TcpStream,
-    number: u8,
+    mut link: Link,
     controller: &Mutex<VirtualController>,
     stop: &AtomicBool,
 ) -> io::Result<()> {
@@ -188,7 +193,6 @@ fn talk(
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(LOOK_UP))?;
     stream.set_write_timeout(Some(Duration::from_secs(2)))?;
-    let mut link = Link::new(number);
     let begun = Instant::now();
     let mut damaged = 0;
     let mut bytes = [0; 1_024];

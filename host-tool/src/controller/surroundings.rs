@@ -1,9 +1,10 @@
-//! What surrounds the simulated controller: interlock, supply, temperatures.
+//! What surrounds the simulated controller: interlock, supply, temperatures, ultraviolet.
 
 use vitrine_exhibit::{
     governor::LampCommand,
     inputs::{Contact, InterlockLoops, TemperatureReading},
-    units::{CentiCelsius, Level, Millivolts, PerLamp},
+    plan::ValidPlan,
+    units::{CentiCelsius, Irradiance, Level, Millivolts, PerLamp},
 };
 
 /// The room's temperature.
@@ -22,6 +23,10 @@ pub struct Surroundings {
     pub supply: Option<Millivolts>,
     /// Fixed readings of the lamp boards' sensors, in place of the simulated temperatures.
     pub board_faults: PerLamp<Option<TemperatureReading>>,
+    /// The air in the enclosure.
+    pub enclosure: Option<CentiCelsius>,
+    /// What the ultraviolet sensor reads of what the lamps should give, in percent; none where none is fitted.
+    pub ultraviolet_percent: Option<u32>,
     /// The staff key is pressed.
     pub staff_key: bool,
     boards: PerLamp<f64>,
@@ -34,6 +39,8 @@ impl Surroundings {
             interlock: InterlockLoops { a: Contact::Closed, b: Contact::Closed },
             supply: Some(Millivolts(24_000)),
             board_faults: PerLamp::default(),
+            enclosure: Some(CentiCelsius(2_450)),
+            ultraviolet_percent: Some(100),
             staff_key: false,
             boards: PerLamp::new(ROOM, ROOM),
         }
@@ -51,6 +58,15 @@ impl Surroundings {
             let measured = TemperatureReading::Celsius(CentiCelsius((degrees * 100.0).round() as i16));
             Some(fault.unwrap_or(measured))
         })
+    }
+
+    /// What the ultraviolet sensor reads under these levels, where the plan says what it should.
+    pub(super) fn ultraviolet(&self, plan: Option<&ValidPlan>, levels: PerLamp<Level>) -> Option<Irradiance> {
+        let percent = self.ultraviolet_percent?;
+        let lamps = &plan?.lamps;
+        let given = levels.top.of(lamps.top.ultraviolet_at_full).0
+            + levels.bottom.of(lamps.bottom.ultraviolet_at_full).0;
+        Some(Irradiance(given * percent / 100))
     }
 
     /// Lets the boards warm up or cool down under the lamps.

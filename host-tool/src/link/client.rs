@@ -7,6 +7,7 @@ use std::{
 
 use vitrine_exhibit::{
     inputs,
+    settings::Settings,
     units::{Milliseconds, UtcSeconds},
 };
 use vitrine_protocol::{
@@ -35,6 +36,7 @@ pub struct Client {
     unread: Vec<u8>,
     sequence: u16,
     hello: Hello,
+    confirms: bool,
 }
 
 impl fmt::Debug for Client {
@@ -70,9 +72,15 @@ impl Client {
                 firmware: heapless::String::new(),
                 name: heapless::String::new(),
             },
+            confirms: false,
         };
         client.hello = client.greet()?;
         Ok(client)
+    }
+
+    /// Confirms from now on whatever asks for more than the exhibit gives: a person has said so.
+    pub const fn confirm_more(&mut self) {
+        self.confirms = true;
     }
 
     /// Where the controller is.
@@ -158,12 +166,42 @@ impl Client {
         self.tell(inputs::Request::Rearm)
     }
 
-    /// Declares that a fresh stack stands in the exhibit.
+    /// Declares that a fresh stack stands in the exhibit; wants [`Client::confirm_more`].
+    ///
+    /// # Errors
+    /// Those of the link, and [`LinkError::Unconfirmed`].
+    pub fn new_stack(&mut self) -> Result<(), LinkError> {
+        let request = Request::Exhibit(inputs::Request::NewStack);
+        let help = "replace the films first, then say `vitrine new-stack --yes`";
+        match self.ask_for_more(&request, "begin the life of a fresh stack", help)? {
+            Response::Done => Ok(()),
+            _ => Err(self.wrong_answer()),
+        }
+    }
+
+    /// Reads the settings of the board and its place.
     ///
     /// # Errors
     /// Those of the link.
-    pub fn new_stack(&mut self) -> Result<(), LinkError> {
-        self.tell(inputs::Request::NewStack)
+    pub fn settings(&mut self) -> Result<Settings, LinkError> {
+        match self.ask(&Request::ReadSettings)? {
+            Response::Settings(settings) => Ok(settings),
+            _ => Err(self.wrong_answer()),
+        }
+    }
+
+    /// Changes all settings; wants [`Client::confirm_more`]. Gives them as they are kept now.
+    ///
+    /// # Errors
+    /// Those of the link, the controller's refusal, and [`LinkError::Unconfirmed`].
+    pub fn change_settings(&mut self, settings: &Settings) -> Result<Settings, LinkError> {
+        let request = Request::ChangeSettings(settings.clone());
+        let help =
+            "say it once more with --yes: settings correct what the sensors say that keep the lamps cool";
+        match self.ask_for_more(&request, "change its settings", help)? {
+            Response::Settings(settings) => Ok(settings),
+            _ => Err(self.wrong_answer()),
+        }
     }
 
     /// Reads a piece of the event log, from this entry on.
@@ -220,6 +258,22 @@ impl Client {
                     _ => return Err(LinkError::Refused { address: self.address.clone(), refusal }),
                 },
             }
+        }
+    }
+
+    /// Asks for something that the controller may want to hear twice, and confirms it where a person has.
+    pub(super) fn ask_for_more(
+        &mut self,
+        request: &Request,
+        what: &'static str,
+        help: &'static str,
+    ) -> Result<Response, LinkError> {
+        match self.ask(request)? {
+            Response::Confirm { code } if self.confirms => self.ask(&Request::Confirm { code }),
+            Response::Confirm { .. } => {
+                Err(LinkError::Unconfirmed { address: self.address.clone(), what, help })
+            }
+            response => Ok(response),
         }
     }
 

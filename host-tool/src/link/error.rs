@@ -153,6 +153,17 @@ pub enum LinkError {
         /// The first byte that differs.
         offset: usize,
     },
+    /// The controller wants to hear it twice, and nobody has confirmed it.
+    #[error("the controller at {address} does not {what} without confirmation")]
+    #[diagnostic(code(vitrine::link::unconfirmed), help("{help}"))]
+    Unconfirmed {
+        /// Where.
+        address: Address,
+        /// What it was asked to do.
+        what: &'static str,
+        /// How to confirm it.
+        help: &'static str,
+    },
     /// No controller was found.
     #[error("no controller was found")]
     #[diagnostic(
@@ -196,6 +207,7 @@ impl LinkError {
             Self::Refused { .. } => "refused",
             Self::PlanLength { .. } => "plan length",
             Self::ReadBack { .. } => "read back",
+            Self::Unconfirmed { .. } => "unconfirmed",
             Self::NoneFound => "none found",
             Self::NoSuchSerialNumber { .. } => "no such serial number",
             Self::SeveralFound { .. } => "several found",
@@ -286,5 +298,8 @@ fn refusal_help(refusal: &Refusal) -> &'static str {
         Refusal::ClockFailed => "check the battery clock and its battery",
         Refusal::StorageFailed => "try again; if it happens again, the controller's flash memory is failing",
         Refusal::AnswerTooLarge => "please report it",
+        Refusal::CableOnly => "go to the exhibit and plug a computer into it, or use its staff key",
+        Refusal::NothingToConfirm => "give the command again",
+        Refusal::UnfitSettings(_) => "give a value within those bounds",
     }
 }

@@ -32,7 +32,8 @@ pub struct Progress {
 
 impl Client {
     /// Sends a plan (`plan.bin`), has it verified and made active, reads it back and compares. The old plan stays
-    /// active until the controller has verified the new one. An upload that broke off is continued.
+    /// active until the controller has verified the new one. An upload that broke off is continued. A plan that asks for
+    /// more than the active one wants [`Client::confirm_more`].
     ///
     /// # Errors
     /// Those of the link, the controller's refusal, and a difference in what is read back.
@@ -85,7 +86,9 @@ impl Client {
             sent = received;
         }
         progress(Progress { stage: Stage::Committing, done: total, total });
-        match self.ask(&Request::CommitUpload { crc })? {
+        let help =
+            "if the higher limits or the other calibration are meant, say `vitrine upload --allow-more`";
+        match self.ask_for_more(&Request::CommitUpload { crc }, "take a plan that asks for more", help)? {
             Response::Committed { crc: active } if active == crc => Ok(()),
             _ => Err(self.wrong_answer()),
         }

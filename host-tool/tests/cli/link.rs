@@ -74,6 +74,8 @@ fn hold_dark_release_and_clock_reach_the_exhibit() {
     assert_eq!(dark["lamps"]["top"]["level"], 0.0);
     workshop.succeed(&["release", "--to", to]);
     until(&|status| status["dark"] != "a host asked for dark");
+    workshop.succeed(&["open", "--for", "2m", "--to", to]);
+    until(&|status| status["lease_s"].as_f64().is_some_and(|lease_s| lease_s > 60.0));
 
     for dry in [&["hold", "cat"][..], &["dark"], &["release"], &["rearm"], &["new-stack"]] {
         let told = json(&workshop.succeed(&[dry, &["--dry-run", "--json", "--to", to]].concat()));
@@ -93,8 +95,59 @@ fn hold_dark_release_and_clock_reach_the_exhibit() {
 
     let clock = json(&workshop.succeed(&["clock", "--set", "--to", to, "--json"]));
     assert_eq!((&clock["source"], &clock["set"]), (&Value::from("a host"), &Value::from(true)));
-    assert_eq!(workshop.run(&["new-stack", "--to", to]).code, Some(1));
+    let refused = workshop.run(&["new-stack", "--to", to]);
+    assert_eq!(refused.code, Some(1));
+    assert!(refused.stderr.contains("vitrine::link::unconfirmed"), "{}", refused.stderr);
     workshop.succeed(&["new-stack", "--yes", "--to", to]);
+}
+
+#[test]
+fn a_plan_that_asks_for_more_is_taken_when_that_is_confirmed() {
+    let workshop = built();
+    let simulated = Simulated::start(&workshop, &[]);
+    let to = simulated.address.as_str();
+    workshop.succeed(&["upload", "build", "--to", to]);
+    let more = format!("{}[limits]\ndaily_dose_j_m2 = 20000\n", super::support::SMALL);
+    workshop.write("exhibit.toml", more);
+    workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    let told = json(&workshop.succeed(&["upload", "build", "--to", to, "--json"]));
+    assert_eq!((&told["sent"], &told["asks_for_more"]), (&Value::from(true), &Value::from(false)));
+
+    let less_again = workshop.path("exhibit.toml");
+    std::fs::write(less_again, super::support::SMALL).unwrap();
+    workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    let refused = workshop.run(&["upload", "build", "--to", to]);
+    assert_eq!(refused.code, Some(1));
+    assert!(refused.stderr.contains("vitrine upload --allow-more"), "{}", refused.stderr);
+    let told = json(&workshop.succeed(&["upload", "build", "--to", to, "--dry-run", "--json"]));
+    assert_eq!((&told["sent"], &told["asks_for_more"]), (&Value::from(false), &Value::from(true)));
+    let told = json(&workshop.succeed(&["upload", "build", "--to", to, "--allow-more", "--json"]));
+    assert_eq!(told["sent"], true);
+}
+
+#[test]
+fn settings_are_told_changed_and_kept() {
+    let workshop = Workshop::small();
+    let simulated = Simulated::start(&workshop, &["--flash", "flash.bin"]);
+    let to = simulated.address.as_str();
+    let told = json(&workshop.succeed(&["settings", "--to", to, "--json"]));
+    assert_eq!((&told["supply_divider"], &told["place"]), (&Value::from(11.0), &Value::from("")));
+    let change = ["--set", "place=Hall 3", "--set", "viewer_pitch_deg=-5", "--to", to];
+    let change = |more: &[&str]| workshop.run(&[&["settings"], &change[..], more].concat());
+    let dry = change(&["--dry-run"]);
+    assert!(dry.stdout.contains("Hall 3  (is not named until it is set)"), "{}", dry.stdout);
+    let refused = change(&[]);
+    assert_eq!(refused.code, Some(1));
+    assert!(refused.stderr.contains("--yes"), "{}", refused.stderr);
+    assert_eq!(json(&workshop.succeed(&["settings", "--to", to, "--json"]))["place"], "");
+    assert_eq!(change(&["--yes"]).code, Some(0));
+    let wrong = workshop.run(&["settings", "--set", "top_beta_kelvin=1", "--yes", "--to", to]);
+    assert!(wrong.stderr.contains("vitrine::settings::bounds"), "{}", wrong.stderr);
+
+    drop(simulated);
+    let simulated = Simulated::start(&workshop, &["--flash", "flash.bin"]);
+    let told = json(&workshop.succeed(&["settings", "--to", &simulated.address, "--json"]));
+    assert_eq!((&told["place"], &told["viewer_pitch_deg"]), (&Value::from("Hall 3"), &Value::from(-5.0)));
 }
 
 #[test]

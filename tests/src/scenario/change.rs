@@ -22,9 +22,13 @@ pub struct Change {
     /// 0 for a supply that is not measured.
     supply_v: Option<f64>,
     ultraviolet_percent: Option<u32>,
+    /// The ultraviolet sensor says nothing any more.
+    ultraviolet_silent: Option<bool>,
     stray_w_m2: Option<f64>,
     /// A moment in UTC, or "none".
     clock: Option<String>,
+    /// A host sets the clock to this moment.
+    set_clock: Option<String>,
     /// "none" or "standard".
     plan: Option<String>,
     left_eye: Option<EyeHealth>,
@@ -67,6 +71,10 @@ impl Change {
         self.apply_viewer_sensors(bench);
         if let Some(clock) = &self.clock {
             bench.clock = read_clock(clock, bench.time_s())?;
+        }
+        if let Some(clock) = &self.set_clock {
+            bench.clock = read_clock(clock, bench.time_s())?;
+            bench.clock_was_set = true;
         }
         match self.plan.as_deref() {
             None => {}
@@ -113,6 +121,9 @@ impl Change {
             bench.supply = (volts > 0.0).then_some(Millivolts((volts * 1_000.0) as u16));
         }
         bench.ultraviolet_percent = self.ultraviolet_percent.or(bench.ultraviolet_percent);
+        if self.ultraviolet_silent == Some(true) {
+            bench.ultraviolet_percent = None;
+        }
         if let Some(stray) = self.stray_w_m2 {
             bench.stray = Irradiance((stray * 1_000.0) as u32);
         }

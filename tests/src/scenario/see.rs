@@ -35,6 +35,9 @@ pub struct See {
     vertical_deg: Option<(f64, f64)>,
     /// PWM counts of the top lamp: these, and no others, within the time.
     top_counts: Option<Vec<u16>>,
+    /// What the status LED shows, of the twenty beats of a second: how often it is lit.
+    led_beats: Option<usize>,
+    ultraviolet_lost: Option<bool>,
     /// An event such as "Rearmed" comes at least once within the time.
     event: Option<String>,
     /// An event does not come within the time.
@@ -111,6 +114,13 @@ impl See {
         let no_cut = cuts == Cuts::default();
         if self.cut.as_ref().is_some_and(|wanted| if wanted == "none" { !no_cut } else { !cut }) {
             return Err(format!("cuts {:?}", cuts.iter().collect::<Vec<_>>()));
+        }
+        if self.ultraviolet_lost.is_some_and(|lost| lost != now.ultraviolet_lost) {
+            return Err(format!("the ultraviolet sensor is lost: {}", now.ultraviolet_lost));
+        }
+        let lit_beats = (0..20).filter(|beat| now.led_is_lit(*beat)).count();
+        if self.led_beats.is_some_and(|beats| beats != lit_beats) {
+            return Err(format!("the LED is lit in {lit_beats} of 20 beats"));
         }
         let counts = bench.command.counts().top;
         if self.top_counts.as_ref().is_some_and(|wanted| !wanted.contains(&counts)) {

@@ -54,7 +54,7 @@ pub struct Snapshot {
     pub enclosure: Option<CentiCelsius>,
     /// The lamp supply.
     pub supply: Option<Millivolts>,
-    /// The last reading of the ultraviolet sensor.
+    /// What the ultraviolet sensor read last; none where it has been silent for a while.
     pub ultraviolet: Option<Irradiance>,
     /// The interlock.
     pub interlock: InterlockState,
@@ -72,6 +72,10 @@ pub struct Snapshot {
     pub watchdog_resets: u32,
     /// What is left of a host's hold, dark or open.
     pub lease: Milliseconds,
+    /// The plan counts on an ultraviolet sensor, and it is silent.
+    pub ultraviolet_lost: bool,
+    /// The viewer sensors give nothing credible.
+    pub viewer_sensor_lost: bool,
 }
 
 impl Default for Snapshot {
@@ -101,6 +105,8 @@ impl Default for Snapshot {
             power_cycles: 0,
             watchdog_resets: 0,
             lease: Milliseconds(0),
+            ultraviolet_lost: false,
+            viewer_sensor_lost: false,
         }
     }
 }

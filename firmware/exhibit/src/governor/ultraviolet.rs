@@ -2,6 +2,10 @@
 //!
 //! At commissioning the sensor's reading under each lamp alone at full level goes into the plan; what it should read
 //! follows linearly from the levels. A lamp's calibration without such a reading switches the check off.
+//!
+//! A sensor that the plan counts on and that falls silent is told, in the log, the status and by the status LED, and does
+//! not cut: it proves nothing about the lamps, whose irradiance, dose and heat are bounded without it. What it read last is
+//! forgotten, and readings in a row begin anew when it is back.
 
 use crate::events::{Event, Events};
 use crate::limits;
@@ -41,6 +45,9 @@ pub(super) struct UltravioletWatch {
     dim_readings: u8,
     too_bright: bool,
     bright_while_dark: bool,
+    last: Option<Irradiance>,
+    silent_for: Milliseconds,
+    lost: bool,
 }
 
 impl UltravioletWatch {
@@ -52,13 +59,38 @@ impl UltravioletWatch {
         elapsed: Milliseconds,
         events: &mut Events,
     ) {
-        let Some(full) = plan.and_then(expected_at_full) else { return };
+        let full = plan.and_then(expected_at_full);
+        self.listen(reading, full.is_some(), elapsed, events);
+        let Some(full) = full else { return };
         let expected = part(full.0, levels.top) + part(full.1, levels.bottom);
         self.most.update(expected, expected >= self.most.value, elapsed);
         self.least.update(expected, expected <= self.least.value, elapsed);
         if let Some(reading) = reading {
             self.judge(reading.0, full.0 + full.1, events);
         }
+    }
+
+    /// Takes note of a reading, or of its absence.
+    fn listen(
+        &mut self,
+        reading: Option<Irradiance>,
+        counted_on: bool,
+        elapsed: Milliseconds,
+        events: &mut Events,
+    ) {
+        self.silent_for = if reading.is_some() { Milliseconds(0) } else { self.silent_for.plus(elapsed) };
+        let silent = self.silent_for >= limits::ULTRAVIOLET_SILENT;
+        self.last = reading.or(self.last).filter(|_| !silent);
+        if silent {
+            (self.bright_readings, self.dim_readings) = (0, 0);
+        }
+        let lost = silent && counted_on;
+        if lost && !self.lost {
+            events.push(Event::UltravioletSensorLost);
+        } else if self.lost && !silent {
+            events.push(Event::UltravioletSensorBack);
+        }
+        self.lost = lost;
     }
 
     fn judge(&mut self, reading: u32, scale: u32, events: &mut Events) {
@@ -76,6 +108,16 @@ impl UltravioletWatch {
         if self.dim_readings == AGED_READINGS {
             events.push(Event::UltravioletLow);
         }
+    }
+
+    /// The last reading, while it is not old.
+    pub(super) const fn reading(&self) -> Option<Irradiance> {
+        self.last
+    }
+
+    /// Tells whether the plan counts on the sensor and it is silent.
+    pub(super) const fn is_lost(&self) -> bool {
+        self.lost
     }
 
     pub(super) const fn is_too_bright(&self) -> bool {

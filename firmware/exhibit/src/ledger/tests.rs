@@ -1,6 +1,7 @@
 use super::*;
 use crate::events::{Event, Events};
 use crate::limits;
+use crate::units::UtcSeconds;
 use proptest::prelude::*;
 
 const TICK: Milliseconds = Milliseconds(10);
@@ -80,15 +81,132 @@ fn a_new_day_begins_only_once_it_is_in_flash() {
     assert!(ledger.covers(FULL));
 }
 
+/// A ledger in this day, with the record that waits at every start, and its flash.
+fn in_day(day: u32) -> (DoseLedger, Flash) {
+    let record = LedgerRecord { day, sequence: 1, ..LedgerRecord::default() };
+    (DoseLedger::new(record, false), Flash { record, delay: 0, waited: 0 })
+}
+
+fn hours(hours: u32) -> Milliseconds {
+    Milliseconds(hours * 3_600_000)
+}
+
+/// Midnight of this day, and some hours, in Greenwich.
+fn at(day: u32, hour: u32) -> Option<UtcSeconds> {
+    Some(UtcSeconds(i64::from(day) * 86_400 + i64::from(hour) * 3_600))
+}
+
+/// The ledger runs on to a moment of the clock; gives the day that it is in.
+fn run(
+    ledger: &mut DoseLedger,
+    flash: &mut Flash,
+    now: Option<UtcSeconds>,
+    set: bool,
+    elapsed: Milliseconds,
+) -> u32 {
+    let mut events = Events::default();
+    ledger.book(PerLamp::default(), FULL, elapsed);
+    ledger.clock(now, set, elapsed, &mut events);
+    flash.step(ledger);
+    ledger.day(now.map(|now| (now.0 / 86_400) as u32));
+    flash.step(ledger);
+    ledger.spent().day
+}
+
+#[test]
+fn days_follow_midnight_for_years() {
+    let (mut ledger, mut flash) = in_day(20_000);
+    run(&mut ledger, &mut flash, at(20_000, 13), false, TICK);
+    run(&mut ledger, &mut flash, at(20_000, 23), false, hours(10));
+    for day in 20_001..20_800 {
+        for hour in 0..24 {
+            assert_eq!(run(&mut ledger, &mut flash, at(day, hour), false, hours(1)), day, "{hour}");
+        }
+    }
+}
+
+#[test]
+fn days_follow_midnight_where_the_power_is_cut_every_night() {
+    let (mut ledger, mut flash) = in_day(20_000);
+    run(&mut ledger, &mut flash, at(20_000, 13), false, TICK);
+    for day in 20_001..20_800 {
+        run(&mut ledger, &mut flash, at(day - 1, 18), false, hours(5));
+        ledger.reserve(FULL);
+        flash.step(&mut ledger);
+        ledger = DoseLedger::new(flash.record, false);
+        flash.step(&mut ledger);
+        // Some mornings are earlier than others.
+        assert_eq!(run(&mut ledger, &mut flash, at(day, 10 - day % 3), false, TICK), day);
+        run(&mut ledger, &mut flash, at(day, 13), false, hours(3 + day % 3));
+    }
+}
+
+#[test]
+fn a_clock_set_forward_again_and_again_gives_one_day_more_and_no_third() {
+    let (mut ledger, mut flash) = in_day(20_000);
+    run(&mut ledger, &mut flash, at(20_000, 12), false, TICK);
+    for day in 20_001..20_100 {
+        let now = run(&mut ledger, &mut flash, at(day, 12), true, Milliseconds(10_000));
+        assert!(now <= 20_001, "{now}");
+    }
+    assert_eq!(run(&mut ledger, &mut flash, at(20_100, 12), false, hours(21)), 20_001);
+    assert_eq!(run(&mut ledger, &mut flash, at(20_100, 14), false, hours(2)), 20_100);
+}
+
+#[test]
+fn minutes_before_midnight_set_again_and_again_give_no_days() {
+    let (mut ledger, mut flash) = in_day(20_000);
+    let mut begun = 0;
+    for day in 20_001..20_050 {
+        let before = run(&mut ledger, &mut flash, at(day - 1, 23), true, TICK);
+        begun += u32::from(run(&mut ledger, &mut flash, at(day, 0), false, hours(1)) != before);
+    }
+    // Two of the 49 hours' days, and the one that may be early.
+    assert!(begun <= 3, "{begun}");
+}
+
+#[test]
+fn a_power_cut_after_a_setting_proves_no_time() {
+    let (mut ledger, mut flash) = in_day(20_000);
+    run(&mut ledger, &mut flash, at(20_000, 12), false, TICK);
+    for day in 20_001..20_030 {
+        run(&mut ledger, &mut flash, at(day, 12), true, Milliseconds(10_000));
+        ledger = DoseLedger::new(flash.record, false);
+        flash.step(&mut ledger);
+        assert!(run(&mut ledger, &mut flash, at(day, 12), false, Milliseconds(10_000)) <= 20_001);
+        // Nor does a host that sets the clock as the first thing after a start.
+        ledger = DoseLedger::new(flash.record, false);
+        flash.step(&mut ledger);
+        assert!(run(&mut ledger, &mut flash, at(day + 1, 11), true, TICK) <= 20_001);
+    }
+}
+
+#[test]
+fn a_jump_is_told_and_a_drift_is_not() {
+    let (mut ledger, mut flash) = in_day(20_000);
+    let mut told = std::vec::Vec::new();
+    let mut show = |ledger: &mut DoseLedger, second: i64, elapsed: Milliseconds| {
+        let mut events = Events::default();
+        ledger.clock(Some(UtcSeconds(1_777_629_600 + second)), false, elapsed, &mut events);
+        told.extend(events.iter());
+        flash.step(ledger);
+    };
+    show(&mut ledger, 0, TICK);
+    // A second in an hour, for a year.
+    for hour in 1..8_760 {
+        show(&mut ledger, hour * 3_601, hours(1));
+    }
+    show(&mut ledger, 0, TICK);
+    assert_eq!(told, [Event::ClockJumped { seconds: -8_759 * 3_601 }]);
+}
+
 #[test]
 fn a_clock_set_back_gives_no_second_day() {
-    let mut ledger =
-        DoseLedger::new(LedgerRecord { day: 20_000, sequence: 1, ..LedgerRecord::default() }, false);
-    let mut flash = Flash { record: LedgerRecord::default(), delay: 0, waited: 0 };
+    let (mut ledger, mut flash) = in_day(20_000);
     flash.step(&mut ledger);
     ledger.day(Some(19_999));
     assert_eq!(ledger.to_store(), None);
-    ledger.book(PerLamp::default(), FULL, Milliseconds(DAY_MS));
+    ledger.book(PerLamp::default(), FULL, hours(24));
     ledger.day(Some(19_999));
     assert_eq!(ledger.to_store().map(|record| record.day), Some(19_999));
 }

@@ -4,6 +4,7 @@ use std::{vec, vec::Vec};
 
 use vitrine_exhibit::{
     inputs,
+    settings::Settings,
     units::{Milliseconds, UtcSeconds},
 };
 
@@ -22,6 +23,9 @@ pub(super) struct Memory {
     pub(super) asked: Vec<inputs::Request>,
     pub(super) now: Option<UtcSeconds>,
     pub(super) begun: u32,
+    /// The staged plan asks for more than the active one.
+    pub(super) asks_for_more: bool,
+    pub(super) settings: Settings,
     /// The next write of flash is refused with this.
     pub(super) refusal: Option<Refusal>,
 }
@@ -66,6 +70,10 @@ impl Controller for Memory {
         self.staged.extend_from_slice(bytes);
         Ok(())
     }
+    fn plan_asks_for_more(&mut self, crc: u32) -> Result<bool, Refusal> {
+        let found = plan_file::crc(&self.staged);
+        if found == crc { Ok(self.asks_for_more) } else { Err(Refusal::Checksum { expected: crc, found }) }
+    }
     fn commit_plan(&mut self, crc: u32) -> Result<(), Refusal> {
         self.may_write()?;
         let found = plan_file::crc(&self.staged);
@@ -81,6 +89,14 @@ impl Controller for Memory {
         let read = rest.len().min(part.len());
         part[..read].copy_from_slice(&rest[..read]);
         Ok((active.len() as u32, read))
+    }
+    fn settings(&mut self) -> Settings {
+        self.settings.clone()
+    }
+    fn change_settings(&mut self, settings: &Settings) -> Result<(), Refusal> {
+        self.may_write()?;
+        self.settings = settings.clone();
+        Ok(())
     }
     fn read_log(&mut self, _from: u32) -> Result<LogPage, Refusal> {
         Ok(samples::largest_log_page())

@@ -7,10 +7,11 @@ use std::{format, fs, path::Path, string::String, vec, vec::Vec};
 use serde::Serialize;
 use vitrine_exhibit::{
     Presence,
-    events::{Cut, DarkReason, Event},
+    events::{Cut, DarkReason, Event, ProgramEnd},
     inputs,
     interlock::InterlockState,
     plan::PlanError,
+    settings::SettingsError,
     units::UtcSeconds,
 };
 
@@ -40,6 +41,8 @@ fn messages() -> String {
     every_variant::<Presence>().iter().for_each(|value| line(&mut lines, "presence", value));
     every_variant::<InterlockState>().iter().for_each(|value| line(&mut lines, "interlock", value));
     every_variant::<ClockSource>().iter().for_each(|value| line(&mut lines, "clock source", value));
+    every_variant::<ProgramEnd>().iter().for_each(|value| line(&mut lines, "program end", value));
+    every_variant::<SettingsError>().iter().for_each(|value| line(&mut lines, "settings error", value));
     every_variant::<PlanError>().iter().for_each(|value| line(&mut lines, "plan error", value));
     line(&mut lines, "plan", &super::plan_file::small());
     lines.concat()
@@ -62,6 +65,8 @@ fn requests() -> Vec<Request> {
         Request::CommitUpload { crc: 0xcafe_f00d },
         Request::ReadPlan { offset: 512 },
         Request::ReadLog { from: 1_000 },
+        Request::ChangeSettings(samples::settings()),
+        Request::Confirm { code: 0xfeed_0123 },
     ]
 }
 
@@ -85,6 +90,8 @@ fn responses() -> Vec<Response> {
         Response::PlanPart { length: 401, offset: 256, bytes: Chunk::from_slice(&[7, 0]).expect("short") },
         Response::Done,
         Response::Log(page),
+        Response::Settings(samples::settings()),
+        Response::Confirm { code: 0xfeed_0123 },
         Response::Live { next: 700, bytes: Chunk::from_slice(&[7, 0]).expect("short") },
     ]
 }

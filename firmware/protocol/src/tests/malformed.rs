@@ -9,7 +9,7 @@ use super::{
     server::cobs_of,
 };
 use crate::{
-    FINGERPRINT, Link, Request, Server, VERSION,
+    FINGERPRINT, Link, Reach, Request, Server, VERSION,
     frame::{self, Deframer, MAX_BODY, MAX_FRAME},
     message::{Chunk, Reply, Response},
     plan_file,
@@ -109,7 +109,7 @@ fn a_million_malformed_frames_do_no_harm() {
     let (mut server, mut memory) = (Server::new(), Memory::default());
     let plan = bytes(300);
     memory.active = Some(plan.clone());
-    let mut link = Link::new(0);
+    let mut link = Link::new(0, Reach::Cable);
     let whole = whole();
     let (mut now_ms, mut answers) = (0_u64, 0_u32);
     for number in 0..FRAMES {

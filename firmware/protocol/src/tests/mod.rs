@@ -1,5 +1,6 @@
 //! Behaviour of frames and of the server; golden bytes of all messages.
 
+mod confirm;
 mod controller;
 mod frames;
 mod golden;

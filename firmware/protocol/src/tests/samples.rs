@@ -9,7 +9,11 @@ use vitrine_exhibit::{
     clock::ClockRecord,
     events::{Cut, Cuts, DarkReason, Event},
     interlock::InterlockState,
-    units::{CentiCelsius, Dose, Irradiance, Lamp, Level, Milliseconds, Millivolts, PerLamp, UtcSeconds},
+    settings::{ServicePort, Settings},
+    units::{
+        CentiCelsius, CentiDegrees, Dose, Irradiance, Lamp, Level, Milliseconds, Millivolts, PerLamp,
+        UtcSeconds,
+    },
     viewer::Bearing,
 };
 
@@ -52,6 +56,35 @@ pub(super) fn clock() -> ClockState {
     }
 }
 
+pub(super) fn settings() -> Settings {
+    Settings {
+        place: text("Hall 3, left case"),
+        service_port: ServicePort::Network,
+        top_beta_kelvin: 3_435,
+        bottom_beta_kelvin: 3_436,
+        supply_divider_permille: 11_050,
+        ultraviolet_gain_permille: 1_080,
+        viewer_yaw: CentiDegrees(2_400),
+        viewer_pitch: CentiDegrees(-300),
+        viewer_beside_mm: 25,
+    }
+}
+
+/// Settings with the most bytes that any have.
+pub(super) fn largest_settings() -> Settings {
+    Settings {
+        place: text(&Text::from_utf8(std::vec![b'p'; 32]).expect("ASCII")),
+        service_port: ServicePort::Network,
+        top_beta_kelvin: u16::MAX,
+        bottom_beta_kelvin: u16::MAX,
+        supply_divider_permille: u16::MAX,
+        ultraviolet_gain_permille: u16::MAX,
+        viewer_yaw: CentiDegrees(i16::MIN),
+        viewer_pitch: CentiDegrees(i16::MIN),
+        viewer_beside_mm: u16::MAX,
+    }
+}
+
 pub(super) fn status() -> Status {
     let mut cuts = Cuts::default();
     cuts.insert(Cut::Slew);
@@ -80,6 +113,8 @@ pub(super) fn status() -> Status {
             power_cycles: 57,
             watchdog_resets: 1,
             lease: Milliseconds(59_000),
+            ultraviolet_lost: false,
+            viewer_sensor_lost: true,
         },
         clock: clock(),
         plan: Some(PlanState {
@@ -123,6 +158,8 @@ pub(super) fn largest_status() -> Status {
             power_cycles: u32::MAX,
             watchdog_resets: u32::MAX,
             lease: Milliseconds(u32::MAX),
+            ultraviolet_lost: true,
+            viewer_sensor_lost: true,
         },
         clock: ClockState {
             now: Some(UtcSeconds(i64::MAX)),

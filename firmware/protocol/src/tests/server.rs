@@ -2,14 +2,14 @@ use std::vec::Vec;
 
 use proptest::prelude::*;
 use vitrine_exhibit::{
-    inputs::{self, Request::NewStack},
+    inputs,
     limits::LONGEST_LEASE,
     units::{Milliseconds, UtcSeconds},
 };
 
 use super::controller::{LAMPS_IN_MOTION, MOST, Memory, bytes};
 use crate::{
-    FINGERPRINT, Link, Refusal, Request, Server, VERSION,
+    FINGERPRINT, Link, Reach, Refusal, Request, Server, VERSION,
     frame::{self, Deframer},
     message::{Chunk, Reply, Response},
     plan_file,
@@ -18,20 +18,25 @@ use crate::{
 };
 
 /// A server with its controller and a few links.
-struct Bench {
+pub(super) struct Bench {
     server: Server,
     links: Vec<Link>,
-    memory: Memory,
-    now_ms: u64,
+    pub(super) memory: Memory,
+    pub(super) now_ms: u64,
     sequence: u16,
 }
 
 impl Bench {
     /// Links that have greeted.
-    fn new(links: u8) -> Self {
+    pub(super) fn new(links: u8) -> Self {
+        Self::reaching(links, Reach::Cable)
+    }
+
+    /// Links of one reach that have greeted.
+    pub(super) fn reaching(links: u8, reach: Reach) -> Self {
         let mut bench = Self {
             server: Server::new(),
-            links: (0..links).map(Link::new).collect(),
+            links: (0..links).map(|number| Link::new(number, reach)).collect(),
             memory: Memory::default(),
             now_ms: 0,
             sequence: 0,
@@ -44,7 +49,7 @@ impl Bench {
     }
 
     /// Sends a request; the time moves on so that the rate is not the subject.
-    fn ask(&mut self, link: usize, request: &Request) -> Reply {
+    pub(super) fn ask(&mut self, link: usize, request: &Request) -> Reply {
         self.now_ms += REFILL_MS;
         self.ask_at_once(link, request)
     }
@@ -75,7 +80,7 @@ impl Bench {
         replies
     }
 
-    fn begin(&mut self, link: usize, plan: &[u8]) -> Reply {
+    pub(super) fn begin(&mut self, link: usize, plan: &[u8]) -> Reply {
         self.ask(link, &Request::BeginUpload { length: plan.len() as u32, crc: plan_file::crc(plan) })
     }
 
@@ -269,10 +274,10 @@ fn leases_are_neither_zero_nor_endless() {
     }
     assert!(bench.memory.asked.is_empty());
     let dark = inputs::Request::Dark { lease: LONGEST_LEASE };
-    for request in [dark, inputs::Request::Release, inputs::Request::Rearm, NewStack] {
+    for request in [dark, inputs::Request::Release, inputs::Request::Rearm] {
         assert_eq!(bench.ask(0, &Request::Exhibit(request)), Ok(Response::Done));
     }
-    assert_eq!(bench.memory.asked, [dark, inputs::Request::Release, inputs::Request::Rearm, NewStack]);
+    assert_eq!(bench.memory.asked, [dark, inputs::Request::Release, inputs::Request::Rearm]);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use vitrine_exhibit::inputs;
 
-use super::samples::{every_variant, largest_log_page, largest_status};
+use super::samples::{every_variant, largest_log_page, largest_settings, largest_status};
 use crate::{
     MAX_FRAME, Refusal, Request,
     frame::encode,
@@ -19,6 +19,7 @@ fn chunk() -> Chunk {
 fn the_largest_requests_fit() {
     for request in [
         Request::UploadChunk { offset: u32::MAX, bytes: chunk() },
+        Request::ChangeSettings(largest_settings()),
         Request::Hello { version: u16::MAX, fingerprint: u32::MAX },
     ] {
         encode(u16::MAX, &request).expect("fits");
@@ -34,6 +35,7 @@ fn the_largest_responses_fit() {
         Response::Status(largest_status()),
         Response::PlanPart { length: u32::MAX, offset: u32::MAX, bytes: chunk() },
         Response::Log(largest_log_page()),
+        Response::Settings(largest_settings()),
     ] {
         let frame = encode(u16::MAX, &Reply::Ok(response)).expect("fits");
         assert!(frame.len() <= MAX_FRAME);

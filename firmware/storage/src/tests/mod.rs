@@ -2,6 +2,7 @@
 
 mod clock;
 mod ring;
+mod settings;
 mod slots;
 mod typed;
 mod year;

@@ -40,6 +40,8 @@ fn the_largest_ledger_record_fits() {
         quick_resets: u8::MAX,
         stacks: u16::MAX,
         day_ms: u32::MAX,
+        early_ms: u32::MAX,
+        clock_s: u32::MAX,
     };
     let mut flash = flash();
     let (mut ledger, _) = Ledger::open(&mut flash).expect("readable");

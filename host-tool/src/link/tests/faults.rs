@@ -32,7 +32,12 @@ struct Wire {
 impl Wire {
     fn new(harm: impl FnMut(u8) -> Option<u8> + Send + 'static) -> Self {
         let controller = Arc::new(Mutex::new(controller(FlashFile::in_memory())));
-        Self { link: Link::new(0), controller, answers: VecDeque::new(), harm: Box::new(harm) }
+        Self {
+            link: Link::new(0, vitrine_protocol::Reach::Cable),
+            controller,
+            answers: VecDeque::new(),
+            harm: Box::new(harm),
+        }
     }
 }
 

@@ -29,7 +29,7 @@ fn a_plan_travels_over_a_serial_port_which_is_locked_meanwhile() {
     let stopped = stop.clone();
     let thread = thread::spawn(move || {
         let mut controller = controller(FlashFile::in_memory());
-        let mut link = Link::new(0);
+        let mut link = Link::new(0, vitrine_protocol::Reach::Cable);
         let mut bytes = [0; 64];
         while !stopped.load(Ordering::Relaxed) {
             controller.advance(10);
