@@ -37,7 +37,7 @@ mod tests {
 
     #[test]
     fn cosines_are_within_two_thousandths() {
-        for angle in -9_000..=9_000_i32 {
+        for angle in (-9_000..=9_000_i32).step_by(if cfg!(miri) { 100 } else { 1 }) {
             let exact = (f64::from(angle) / 100.0).to_radians().cos();
             assert!((f64::from(cosine(angle)) / 32_768.0 - exact).abs() < 0.002, "{angle}");
         }
@@ -45,7 +45,7 @@ mod tests {
 
     #[test]
     fn arc_tangents_are_within_a_tenth_of_a_degree() {
-        for y in -3_000..=3_000_i32 {
+        for y in (-3_000..=3_000_i32).step_by(if cfg!(miri) { 100 } else { 1 }) {
             for x in [0, 1, 37, 600, 2_999, 30_000] {
                 let exact = f64::from(y).atan2(f64::from(x)).to_degrees();
                 assert!((f64::from(arc_tangent(y, x)) / 100.0 - exact).abs() < 0.1, "{y} {x}");

@@ -103,8 +103,9 @@ pub(crate) async fn run_usb(mut class: CdcAcmClass<'static, UsbDriver>) -> ! {
         }
         match select(class.read_packet(&mut packet), Timer::after(ALIVE)).await {
             Either::First(Ok(length)) => {
+                let now_ms = Instant::now().as_millis();
                 for byte in packet.iter().take(length) {
-                    if let Some(answer) = wire.take(*byte).await
+                    if let Some(answer) = wire.take(*byte, now_ms).await
                         && !matches!(
                             with_timeout(ANSWER_TIMEOUT, send(&mut class, &answer)).await,
                             Ok(Ok(()))
@@ -113,6 +114,7 @@ pub(crate) async fn run_usb(mut class: CdcAcmClass<'static, UsbDriver>) -> ! {
                         warn!("a host on USB did not take its answer");
                     }
                 }
+                wire.tell_faults();
             }
             // Not connected: there is nothing to wait for but the next look.
             Either::First(Err(_)) => Timer::after(ALIVE).await,
@@ -152,11 +154,13 @@ pub(crate) async fn run_serial(resources: ServiceResources) -> ! {
         });
         match select(port.read(&mut bytes), Timer::after(ALIVE)).await {
             Either::First(Ok(length)) => {
+                let now_ms = Instant::now().as_millis();
                 for byte in bytes.iter().take(length) {
-                    if let Some(answer) = wire.take(*byte).await {
+                    if let Some(answer) = wire.take(*byte, now_ms).await {
                         let _ = with_timeout(ANSWER_TIMEOUT, port.write_all(&answer)).await;
                     }
                 }
+                wire.tell_faults();
             }
             // Noise on the wire: the next frame's end puts it right.
             Either::First(Err(_)) | Either::Second(()) => {}
@@ -175,16 +179,19 @@ impl Wire {
         Self { number, link: Link::new(number, Reach::Cable) }
     }
 
-    /// Takes a byte; when it ends a request, gives the answer.
-    async fn take(&mut self, byte: u8) -> Option<Frame> {
-        let incoming = self.link.push(byte, Instant::now().as_millis());
+    /// Takes a byte that came at a time; when it ends a request, gives the answer. The processor has no 64-bit division: the
+    /// time is asked for once for many bytes.
+    async fn take(&mut self, byte: u8, now_ms: u64) -> Option<Frame> {
+        let incoming = self.link.push(byte, now_ms)?;
+        let answers = ANSWERS.get(usize::from(self.number))?;
+        INCOMING.send((self.number, incoming)).await;
+        Some(answers.receive().await)
+    }
+
+    fn tell_faults(&self) {
         let faults = self.link.faults();
-        let place = usize::from(self.number);
-        if let Some(damaged) = DAMAGED_FRAMES.get(place) {
+        if let Some(damaged) = DAMAGED_FRAMES.get(usize::from(self.number)) {
             damaged.store(faults.damaged.saturating_add(faults.too_long), Ordering::Relaxed);
         }
-        let answers = ANSWERS.get(place)?;
-        INCOMING.send((self.number, incoming?)).await;
-        Some(answers.receive().await)
     }
 }

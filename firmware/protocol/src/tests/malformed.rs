@@ -15,7 +15,7 @@ use crate::{
     plan_file,
 };
 
-const FRAMES: u32 = 1_000_000;
+const FRAMES: u32 = if cfg!(miri) { 200 } else { 1_000_000 };
 
 /// Numbers that look random and are the same in every run (SplitMix64).
 struct Random(u64);
