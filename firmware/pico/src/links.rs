@@ -17,7 +17,7 @@ use portable_atomic::{AtomicU32, Ordering};
 use static_cell::StaticCell;
 use vitrine_exhibit::settings::ServicePort;
 use vitrine_protocol::frame::Frame;
-use vitrine_protocol::server::{Link, Reach};
+use vitrine_protocol::server::{Incoming, Link, Reach};
 
 use crate::board::{Interrupts, ServiceResources, UsbResources};
 use crate::settings;
@@ -103,9 +103,12 @@ pub(crate) async fn run_usb(mut class: CdcAcmClass<'static, UsbDriver>) -> ! {
         }
         match select(class.read_packet(&mut packet), Timer::after(ALIVE)).await {
             Either::First(Ok(length)) => {
+                // The processor has no 64-bit division: the time is asked for once for many bytes.
                 let now_ms = Instant::now().as_millis();
                 for byte in packet.iter().take(length) {
-                    if let Some(answer) = wire.take(*byte, now_ms).await
+                    // No byte but a frame's last has anything to wait for, or to move about.
+                    let Some(incoming) = wire.link.push(*byte, now_ms) else { continue };
+                    if let Some(answer) = wire.ask(incoming).await
                         && !matches!(
                             with_timeout(ANSWER_TIMEOUT, send(&mut class, &answer)).await,
                             Ok(Ok(()))
@@ -156,7 +159,8 @@ pub(crate) async fn run_serial(resources: ServiceResources) -> ! {
             Either::First(Ok(length)) => {
                 let now_ms = Instant::now().as_millis();
                 for byte in bytes.iter().take(length) {
-                    if let Some(answer) = wire.take(*byte, now_ms).await {
+                    let Some(incoming) = wire.link.push(*byte, now_ms) else { continue };
+                    if let Some(answer) = wire.ask(incoming).await {
                         let _ = with_timeout(ANSWER_TIMEOUT, port.write_all(&answer)).await;
                     }
                 }
@@ -179,10 +183,8 @@ impl Wire {
         Self { number, link: Link::new(number, Reach::Cable) }
     }
 
-    /// Takes a byte that came at a time; when it ends a request, gives the answer. The processor has no 64-bit division: the
-    /// time is asked for once for many bytes.
-    async fn take(&mut self, byte: u8, now_ms: u64) -> Option<Frame> {
-        let incoming = self.link.push(byte, now_ms)?;
+    /// Has a request answered.
+    async fn ask(&self, incoming: Incoming) -> Option<Frame> {
         let answers = ANSWERS.get(usize::from(self.number))?;
         INCOMING.send((self.number, incoming)).await;
         Some(answers.receive().await)
