@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
-# Builds the controller's image for the RP2040, prints where it is and how large.
+# Builds the controller's image for the RP2040 or the RP2350, prints where it is and how large.
 #
-#   firmware/build.sh [--bench]
+#   firmware/build.sh [--bench | --rp2350 | --lint]
 #
+# --lint builds nothing and runs clippy over the image's source, with the bench's hooks.
+# --rp2350 builds for the Pico 2, from the same source. Nothing has run that image: there is no emulator for the chip.
 # --bench adds the hooks with which the emulator bench makes the image panic, fault and hang; never for an exhibit.
 #
 # Where rustup can add the board's target, the computer's own toolchain builds. Where it cannot (a machine that
@@ -20,12 +22,18 @@ ram_budget=$((96 * 1024))
 say() { printf 'build.sh: %s\n' "$*" >&2; }
 fail() { say "$*"; exit 1; }
 
+command=rustc
 features=()
 name=vitrine-pico
 case "${1:-}" in
   "") ;;
   --bench) features=(--features bench); name=vitrine-pico-bench ;;
-  *) fail "unknown argument '$1'; usage: firmware/build.sh [--bench]" ;;
+  --rp2350)
+    features=(--no-default-features --features rp2350)
+    name=vitrine-pico2
+    target=thumbv8m.main-none-eabihf ;;
+  --lint) features=(--features bench); command=clippy ;;
+  *) fail "unknown argument '$1'; usage: firmware/build.sh [--bench | --rp2350 | --lint]" ;;
 esac
 
 has_target() {
@@ -33,16 +41,16 @@ has_target() {
   libraries=$(rustc --print target-libdir --target "$target" 2>/dev/null) && compgen -G "$libraries/libcore-*.rlib" >/dev/null
 }
 
-debian_ready() { [ -x /usr/bin/rustc ] && [ -x /usr/bin/cargo ] && [ -d "$(/usr/bin/rustc --print sysroot)/lib/rustlib/src/rust/library/core" ]; }
+debian_ready() { [ -x /usr/bin/rustc ] && [ -x /usr/bin/cargo ] && [ -x /usr/bin/cargo-clippy ] && [ -d "$(/usr/bin/rustc --print sysroot)/lib/rustlib/src/rust/library/core" ]; }
 
 as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo -n "$@"; fi; }
 
 install_debian() {
   command -v apt-get >/dev/null || return 1
-  say "installing Debian's rustc-web, cargo-web, rust-web-src and lld"
+  say "installing Debian's rustc-web, cargo-web, rust-web-clippy, rust-web-src and lld"
   as_root apt-get -qq -o DPkg::Lock::Timeout=300 update >&2 || return 1
   DEBIAN_FRONTEND=noninteractive as_root apt-get -qq -y -o DPkg::Lock::Timeout=300 install \
-    --no-install-recommends rustc-web cargo-web rust-web-src lld >&2
+    --no-install-recommends rustc-web cargo-web rust-web-clippy rust-web-src lld >&2
 }
 
 # Debian's rustc comes without rust-lld. rustup's serves as well as Debian's lld under that name.
@@ -58,7 +66,7 @@ linker_folder() {
 # defmt would leave out all but errors. `debug` and `trace` are for the bench.
 export DEFMT_LOG=${DEFMT_LOG:-info}
 
-arguments=(rustc --locked --package vitrine-pico --profile firmware --target "$target" --target-dir "$target_dir" "${features[@]}")
+arguments=("$command" --locked --package vitrine-pico --profile firmware --target "$target" --target-dir "$target_dir" "${features[@]}")
 lints=(-- -D warnings)
 
 if ! has_target && command -v rustup >/dev/null; then
@@ -76,6 +84,7 @@ else
     RUSTC_BOOTSTRAP=1 /usr/bin/cargo "${arguments[@]}" -Zbuild-std=core,alloc "${lints[@]}"
 fi
 
+[ "$command" = rustc ] || exit 0
 built=$target_dir/$target/firmware/vitrine-pico
 [ -s "$built" ] || fail "the build left no image at $built"
 image=$target_dir/$name.elf
@@ -84,7 +93,7 @@ cp "$built" "$image.new" && mv "$image.new" "$image"
 # GNU size reads any ELF file's sections, whatever machine it is for.
 command -v size >/dev/null || fail "binutils' size is missing: install binutils"
 read -r flash ram < <(size -A "$image" | awk '
-  $1 ~ /^\.(boot2|vector_table|text|rodata|data|gnu\.sgstubs)$/ { flash += $2 }
+  $1 ~ /^\.(boot2|vector_table|start_block|text|rodata|data|gnu\.sgstubs)$/ { flash += $2 }
   $1 ~ /^\.(data|bss|uninit)$/ { ram += $2 }
   END { print flash, ram }')
 say "$(printf 'flash %d of %d bytes, static RAM %d of %d bytes' "$flash" "$flash_budget" "$ram" "$ram_budget")"

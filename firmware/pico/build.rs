@@ -41,7 +41,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let root = env::var("CARGO_MANIFEST_DIR")?;
     let out = env::var("OUT_DIR")?;
     let pins = Path::new(&root).join("../../hardware/pins.toml");
-    let memory = Path::new(&root).join("memory.x");
+    let is_rp2350 = env::var("CARGO_FEATURE_RP2350").is_ok();
+    let memory = Path::new(&root).join(if is_rp2350 { "memory.rp2350.x" } else { "memory.x" });
     for input in [&pins, &memory] {
         println!("cargo:rerun-if-changed={}", input.display());
     }
@@ -54,7 +55,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     fs::write(Path::new(&out).join("memory.x"), script)?;
     println!("cargo:rustc-link-search={out}");
     if env::var("CARGO_CFG_TARGET_OS")? == "none" {
-        for argument in ["--nmagic", "-Tlink.x", "-Tlink-rp.x", "-Tdefmt.x"] {
+        // Only the RP2040 has a second-stage boot loader, which has a place of its own.
+        let boot = (!is_rp2350).then_some("-Tlink-rp.x");
+        for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"].into_iter().chain(boot) {
             println!("cargo:rustc-link-arg-bins={argument}");
         }
     }

@@ -13,14 +13,14 @@ use embassy_rp::pac;
 use crate::board::{INTERLOCK_A, INTERLOCK_B, InterlockResources};
 use crate::darkness;
 
-/// 16 exceptions and 32 interrupts.
-const VECTORS: usize = 48;
+/// 16 exceptions, and the chip's interrupts: 26, which are stored as 32, or 52.
+const VECTORS: usize = if cfg!(feature = "rp2350") { 16 + 52 } else { 16 + 32 };
 
 /// Exceptions come first in the table.
 const EXCEPTIONS: usize = 16;
 
-/// The processor wants a table of this size on a multiple of 256 bytes.
-#[repr(C, align(256))]
+/// The processor wants a table of up to 128 entries on a multiple of 512 bytes.
+#[repr(C, align(512))]
 struct VectorTable(UnsafeCell<[usize; VECTORS]>);
 
 // SAFETY: written once by `arm`, before the table is made the processor's; read by the processor only.
@@ -53,7 +53,7 @@ pub(crate) fn arm(resources: InterlockResources) -> Interlock {
 }
 
 fn move_vectors() {
-    // SAFETY: VTOR points at the image's table of 48 entries in flash, the RAM table is not yet in use, and interrupts
+    // SAFETY: VTOR points at the image's table of as many entries in flash, the RAM table is not yet in use, and interrupts
     // are off, so nobody reads or writes either meanwhile. The handler stays where the table says for ever.
     unsafe {
         let system = &*cortex_m::peripheral::SCB::PTR;

@@ -115,10 +115,12 @@ fn end_with(end: ProgramEnd, at: u32, write: impl FnOnce(&mut Clipped) -> core::
     reset()
 }
 
+/// All stages of the power-on state machine but the two oscillators: RP2040 data sheet 2.13.2, RP2350 data sheet 7.4.
+const RESET_STAGES: u32 = if cfg!(feature = "rp2350") { 0x01ff_fff3 } else { 0x0001_fffc };
+
 /// Resets the whole chip but its oscillators, at once. RAM and the watchdog's scratch registers keep their content.
 fn reset() -> ! {
-    // All stages but the two oscillators, as the data sheet's 2.13.2 wants it.
-    pac::PSM.wdsel().write_value(pac::psm::regs::Wdsel(0x0001_fffc));
+    pac::PSM.wdsel().write_value(pac::psm::regs::Wdsel(RESET_STAGES));
     pac::WATCHDOG.ctrl().write(|control| control.set_trigger(true));
     loop {
         cortex_m::asm::nop();

@@ -1,4 +1,4 @@
-//! The RP2040 image of the exhibit controller.
+//! The image of the exhibit controller, for the RP2040 (Raspberry Pi Pico) and the RP2350 (Pico 2).
 //!
 //! Who owns what:
 //!
@@ -23,6 +23,7 @@
 
 mod analog;
 mod board;
+mod chip;
 mod controller;
 mod darkness;
 mod flash_map;
@@ -65,7 +66,7 @@ unsafe fn SWI_IRQ_1() {
 
 #[embassy_executor::main(executor = "embassy_rp::executor::Executor", entry = "cortex_m_rt::entry")]
 async fn main(spawner: Spawner) {
-    let resources = board::split(embassy_rp::init(embassy_rp::config::Config::default()));
+    let resources = board::split(embassy_rp::init(chip::config()));
     darkness::darken();
     let dog = watchdog::Dog::wake(resources.dog);
     if let Some(ended) = last_words::take(dog.after_fault()) {
@@ -106,7 +107,7 @@ async fn main(spawner: Spawner) {
 
 /// The interlock goes before everything; time and the state's owner before what talks to the world.
 fn set_priorities() {
-    interrupt::TIMER_IRQ_0.set_priority(Priority::P1);
+    chip::TIME_INTERRUPT.set_priority(Priority::P1);
     interrupt::SWI_IRQ_1.set_priority(Priority::P1);
     for slow in [
         interrupt::USBCTRL_IRQ,

@@ -9,6 +9,7 @@ mod demo;
 mod design;
 mod devices;
 mod experiment;
+mod exposure;
 mod frontier;
 mod live;
 mod log;

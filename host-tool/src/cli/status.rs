@@ -13,7 +13,9 @@ use vitrine_protocol::{Hello, Status as Told, plan_file};
 
 use super::clock::{drift_text, source_text, time_text};
 use super::connect::To;
+use super::exposure::Exposure;
 use super::output::Output;
+use super::upload::active_plan;
 use super::words;
 
 /// Tell how the exhibit is: viewer, view, lamps, dose, interlock, clock, faults.
@@ -21,12 +23,16 @@ use super::words;
 #[command(after_help = "\
 Examples:
   vitrine status
+  vitrine status --exposure           what films and eyes receive, too
   vitrine status --build build        says whether the controller runs this build
   vitrine status --json --to tcp:127.0.0.1:7470 | jq .lamps")]
 pub(super) struct Status {
     /// Compare the controller's plan with this build's.
     #[arg(long, value_name = "BUILD")]
     build: Option<PathBuf>,
+    /// Also tell what each film has received, and what reaches an eye before the window.
+    #[arg(long)]
+    exposure: bool,
     #[command(flatten)]
     to: To,
 }
@@ -40,8 +46,17 @@ impl Status {
         let mut client = self.to.open()?;
         let status = client.status()?;
         let in_sync = built.map(|crc| status.plan.as_ref().is_some_and(|plan| plan.crc == crc));
-        let told = as_json(client.address(), client.hello(), &status, in_sync);
-        output.result(&told, || as_text(&client, &status, in_sync));
+        let plan = if self.exposure { active_plan(&mut client)? } else { None };
+        let exposure = plan.map(|plan| Exposure::of(&status.snapshot, &plan));
+        let mut told = as_json(client.address(), client.hello(), &status, in_sync);
+        if let Some(exposure) = &exposure {
+            told["exposure"] = exposure.as_json();
+        }
+        output.result(&told, || {
+            let lines = exposure.iter().flat_map(Exposure::lines);
+            let more: String = lines.map(|(what, text)| format!("\n{what:<11} {text}")).collect();
+            as_text(&client, &status, in_sync) + &more
+        });
         Ok(())
     }
 }

@@ -33,6 +33,9 @@ fn a_plan_is_uploaded_and_what_runs_is_told() {
         (&status()["exhibit"], &status()["runs_this_build"]),
         (&Value::from("Small"), &Value::from(true))
     );
+    let exposure = &json(&workshop.succeed(&["status", "--exposure", "--to", to, "--json"]))["exposure"];
+    assert!(exposure["films_life_dose_j_m2"].as_array().is_some_and(|films| films.len() == 8), "{exposure}");
+    assert!(exposure["eye_w_m2"].as_f64().is_some_and(|eye| eye < 0.035), "{exposure}");
     let again = workshop.succeed(&["upload", "build", "--to", to]);
     assert!(again.contains("is active already"), "{again}");
 
