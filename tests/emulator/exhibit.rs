@@ -132,3 +132,24 @@ fn the_plan_outlives_the_power() {
     assert_eq!(status.snapshot.power_cycles, 2);
     assert!(bench.edges().iter().any(|edge| edge.high && edge.pin == LAMP_TOP), "lit again");
 }
+
+#[test]
+fn settings_are_changed_over_the_cable_and_outlive_the_power() {
+    let mut bench = Bench::new();
+    bench.power_on();
+    bench.run(100 * MILLISECOND);
+    let address = bench.listen();
+    let change = ["settings", "--set", "supply_divider=12", "--set", "place=Hall 3", "--to", &address];
+    bench.vitrine(&[&change[..], &["--yes"]].concat());
+    bench.power_off();
+    bench.power_on();
+    bench.run(300 * MILLISECOND);
+    let told = bench.vitrine(&["settings", "--to", &address, "--json"]);
+    let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
+    assert_eq!((&told["place"], &told["supply_divider"]), (&"Hall 3".into(), &12.0.into()));
+    // And the board goes by them: 24 V behind a divider of 11 now read as a twelfth more.
+    let status = bench.vitrine(&["status", "--to", &address, "--json"]);
+    let status: serde_json::Value = serde_json::from_str(&status).expect("JSON");
+    let volts = status["supply_v"].as_f64().expect("a voltage");
+    assert!((volts - 24.0 * 12.0 / 11.0).abs() < 0.05, "{volts}");
+}

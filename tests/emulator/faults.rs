@@ -1,7 +1,11 @@
 //! However the program ends, the lamps are dark first. Tried on the bench image, whose tasks end badly on demand.
 
+use vitrine_exhibit::events::{Event, ProgramEnd};
+use vitrine_protocol::{Request, Response};
+
 use crate::bench::{Bench, LAMP_PINS, MICROSECOND, MILLISECOND, SECOND};
 use crate::exhibit::neutral_on;
+use crate::hosts::Host;
 use crate::signals::Edge;
 
 /// The tasks of the image, by their bit at the watchdog.
@@ -33,6 +37,8 @@ struct End {
     dark_after: u64,
     resets: usize,
     log: Vec<String>,
+    /// What the event log says of it.
+    kept: Option<(ProgramEnd, u32)>,
 }
 
 /// Asks a task to end badly and runs on, over the reset.
@@ -56,7 +62,16 @@ fn end_badly(action: u32, task: u32) -> End {
     let resets = bench.take_resets();
     bench.run(SECOND);
     assert!(bench.is_dark(), "dark for the two seconds after a start");
-    End { dark_after: dark - began, resets, log: bench.log() }
+    let address = bench.listen();
+    let mut host = Host::greet(&mut bench, &address);
+    let next = host.status(&mut bench).log_next;
+    let from = next.saturating_sub(4);
+    let Ok(Response::Log(page)) = host.ask(&mut bench, &Request::ReadLog { from }) else { panic!("no log") };
+    let kept = page.entries.iter().find_map(|entry| match entry.event {
+        Event::ProgramEnded { end, at } => Some((end, at)),
+        _ => None,
+    });
+    End { dark_after: dark - began, resets, log: bench.log(), kept }
 }
 
 #[test]
@@ -69,6 +84,7 @@ fn a_panic_in_any_task_is_dark_at_once_and_told_after_the_reset() {
         let told =
             end.log.iter().any(|line| line.contains("the bench asked for it") && line.contains("hooks.rs"));
         assert!(told, "{name}: {:#?}", end.log);
+        assert!(matches!(end.kept, Some((ProgramEnd::Panic, 1..))), "{name}: {:?}", end.kept);
         longest = longest.max(end.dark_after);
     }
     println!("panic to dark: at most {longest} ns");
@@ -82,6 +98,12 @@ fn a_hard_fault_in_any_task_is_dark_at_once_and_told_after_the_reset() {
         assert!(end.dark_after <= 20 * MICROSECOND, "{name}: {} ns", end.dark_after);
         assert_eq!(end.resets, 1, "{name}");
         assert!(end.log.iter().any(|line| line.contains("hard fault at 0x1")), "{name}: {:#?}", end.log);
+        let in_flash = |at: u32| at >> 28 == 1;
+        assert!(
+            matches!(end.kept, Some((ProgramEnd::HardFault, at)) if in_flash(at)),
+            "{name}: {:?}",
+            end.kept
+        );
         longest = longest.max(end.dark_after);
     }
     println!("hard fault to dark: at most {longest} ns");
@@ -94,6 +116,7 @@ fn an_endless_loop_in_any_task_is_dark_within_half_a_second() {
         let end = end_badly(ENDLESS_LOOP, task);
         assert!(end.dark_after <= 500 * MILLISECOND, "{name}: {} ns", end.dark_after);
         assert_eq!(end.resets, 1, "{name}");
+        assert_eq!(end.kept, Some((ProgramEnd::Hang, 0)), "{name}");
         longest = longest.max(end.dark_after);
     }
     println!("endless loop to dark: at most {} ms", longest / MILLISECOND);

@@ -1,11 +1,12 @@
 //! The interlock: dark at once, whatever else goes on.
 
 use serde_json::json;
+use vitrine_exhibit::events::{DarkReason, Event};
 use vitrine_exhibit::inputs;
 use vitrine_protocol::{Request, Response};
 
 use crate::bench::{Bench, INTERLOCK_A, INTERLOCK_B, LAMP_PINS, MICROSECOND, MILLISECOND, SECOND};
-use crate::exhibit::with_plan;
+use crate::exhibit::{neutral_on, with_plan};
 use crate::hosts::Host;
 
 /// A loop's opening makes both dimming pins and the enable line low within this time.
@@ -63,9 +64,15 @@ fn a_lit_lamp_is_dark_within_twenty_microseconds_at_any_moment() {
         assert!(trip.was_lit, "moment {moment}: nothing to make dark");
         assert!(trip.dark, "moment {moment} at {} ns: GP{gp} did not make it dark", bench.now);
         latencies.push(*trip.latencies.iter().max().expect("three pins"));
-        // A spike: the governor never sees it, and the lamps come back with its next step.
+        // A spike shorter than a step: the governor hears of it from the guard, and the lamps fade in again.
         bench.pin(gp, false);
-        bench.run(20 * MILLISECOND);
+        bench.run(50 * MILLISECOND);
+        // A loop that bounces again and again is broken: a person looks, and re-arms.
+        if moment % 4 == 3 {
+            bench.run(520 * MILLISECOND);
+            let rearmed = host.ask(&mut bench, &Request::Exhibit(inputs::Request::Rearm));
+            assert_eq!(rearmed, Ok(Response::Done));
+        }
         bench.edges();
         while host.hear().is_some() {}
     }
@@ -77,6 +84,31 @@ fn a_lit_lamp_is_dark_within_twenty_microseconds_at_any_moment() {
     );
     assert!(worst <= DARK_WITHIN, "{worst} ns");
     assert_eq!(bench.take_resets(), 0);
+}
+
+#[test]
+fn a_spike_that_only_the_guard_sees_is_told_and_the_fifth_asks_for_a_rearm() {
+    let (mut bench, mut host) = neutral_on(Bench::new());
+    for spike in 1..=5_u64 {
+        // At another place of the step each time, and over its edge too.
+        bench.run(700 * MILLISECOND + spike * 2_300 * MICROSECOND);
+        bench.pin(INTERLOCK_A, true);
+        bench.run(spike * spike * 300 * MICROSECOND);
+        bench.pin(INTERLOCK_A, false);
+        bench.run(600 * MILLISECOND);
+        let dark = host.status(&mut bench).snapshot.dark;
+        let wanted = (spike == 5).then_some(DarkReason::InterlockNotArmed);
+        assert_eq!(dark, wanted, "after spike {spike}");
+    }
+    let Ok(Response::Log(page)) = host.ask(&mut bench, &Request::ReadLog { from: 0 }) else {
+        panic!("no log")
+    };
+    let told =
+        page.entries.iter().filter(|entry| entry.event == Event::Dark(DarkReason::InterlockOpen)).count();
+    assert!(told >= 3, "{:?}", page.entries);
+    assert_eq!(host.ask(&mut bench, &Request::Exhibit(inputs::Request::Rearm)), Ok(Response::Done));
+    bench.run(SECOND);
+    assert_eq!(host.status(&mut bench).snapshot.dark, None);
 }
 
 #[test]

@@ -160,9 +160,9 @@ fn one_step(
 /// open reading: the governor follows, and knows what to make of a bounce.
 fn loops(interlock: &mut Interlock) -> InterlockLoops {
     // Forgotten before the loops are read: an edge after this line counts against the command of this step.
-    let tripped = darkness::take_trip();
+    let opened = darkness::take_opening();
     let Loops { a_closed, b_closed } = interlock.read();
-    let contact = |closed: bool| if closed && !tripped { Contact::Closed } else { Contact::Open };
+    let contact = |closed: bool| if closed && !opened { Contact::Closed } else { Contact::Open };
     InterlockLoops { a: contact(a_closed), b: contact(b_closed) }
 }
 

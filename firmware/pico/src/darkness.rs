@@ -19,6 +19,9 @@ const LOOPS: u32 = 1 << INTERLOCK_A | 1 << INTERLOCK_B;
 /// Set by the interlock's interrupt, and cleared by the state's owner just before it reads the loops for the governor.
 static TRIPPED: AtomicBool = AtomicBool::new(false);
 
+/// At least one of the edges since then was an opening.
+static OPENED: AtomicBool = AtomicBool::new(false);
+
 /// Makes both lamps dark at once.
 #[inline(always)]
 pub(crate) fn darken() {
@@ -33,13 +36,20 @@ pub(crate) fn trip() {
     TRIPPED.store(true, Ordering::Relaxed);
 }
 
-/// Tells whether the interlock tripped since the last call.
-pub(crate) fn take_trip() -> bool {
-    // Load and store, not swap: the processor has no atomic swap, and between the two a trip can only be seen early.
+/// Takes note that the edge was an opening.
+#[inline(always)]
+pub(crate) fn note_opening() {
+    OPENED.store(true, Ordering::Relaxed);
+}
+
+/// Forgets what has tripped the interlock since the last call; tells whether an opening was among it.
+pub(crate) fn take_opening() -> bool {
+    // Load and store, not swap: the processor has no atomic swap, and between the two an edge can only be seen early.
     critical_section::with(|_| {
-        let tripped = TRIPPED.load(Ordering::Relaxed);
         TRIPPED.store(false, Ordering::Relaxed);
-        tripped
+        let opened = OPENED.load(Ordering::Relaxed);
+        OPENED.store(false, Ordering::Relaxed);
+        opened
     })
 }
 

@@ -73,6 +73,10 @@ fn move_vectors() {
 #[unsafe(link_section = ".data.guard")]
 extern "C" fn on_edge() {
     darkness::trip();
+    let opens = |pin: usize| pac::IO_BANK0.intr(pin / 8).read().edge_high(pin % 8);
+    if opens(INTERLOCK_A) || opens(INTERLOCK_B) {
+        darkness::note_opening();
+    }
     for pin in [INTERLOCK_A, INTERLOCK_B] {
         pac::IO_BANK0.intr(pin / 8).write(|edges| {
             edges.set_edge_high(pin % 8, true);

@@ -48,7 +48,10 @@ impl Exposure {
         };
         let films = self.films_kj_m2.iter().map(|dose| format!("{dose:.1}")).collect::<Vec<_>>();
         vec![
-            ("at the eye", format!("{:.2} mW/m2 at 0.2 m behind the window, of 35 at most: {stay}", self.eye_mw_m2)),
+            (
+                "at the eye",
+                format!("{:.2} mW/m2 at 0.2 m behind the window, of 35 at most: {stay}", self.eye_mw_m2),
+            ),
             ("dose, films", format!("{} kJ/m2, the top film first", films.join(" "))),
         ]
     }
