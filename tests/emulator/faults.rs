@@ -65,7 +65,7 @@ fn end_badly(action: u32, task: u32) -> End {
     let address = bench.listen();
     let mut host = Host::greet(&mut bench, &address);
     let next = host.status(&mut bench).log_next;
-    let from = next.saturating_sub(4);
+    let from = next.saturating_sub(8);
     let Ok(Response::Log(page)) = host.ask(&mut bench, &Request::ReadLog { from }) else { panic!("no log") };
     let kept = page.entries.iter().find_map(|entry| match entry.event {
         Event::ProgramEnded { end, at } => Some((end, at)),
