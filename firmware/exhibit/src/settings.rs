@@ -135,6 +135,8 @@ impl Settings {
 mod tests {
     use super::*;
 
+    type Spoil = fn(&mut Settings);
+
     #[test]
     fn the_defaults_are_sound() {
         assert_eq!(Settings::default().check(), Ok(()));
@@ -169,7 +171,7 @@ mod tests {
 
     #[test]
     fn each_bound_is_kept() {
-        let cases: [(fn(&mut Settings), SettingsError); 8] = [
+        let cases: [(Spoil, SettingsError); 8] = [
             (|settings| settings.top_beta_kelvin = 1_999, SettingsError::Beta),
             (|settings| settings.bottom_beta_kelvin = 6_001, SettingsError::Beta),
             (|settings| settings.supply_divider_permille = 4_999, SettingsError::Divider),

@@ -4,6 +4,9 @@
 
 use embassy_rp::config::Config;
 use embassy_rp::interrupt;
+use heapless::String;
+
+use crate::store::Chip;
 
 #[cfg(all(feature = "rp2040", feature = "rp2350"))]
 compile_error!("an image is for one chip: --no-default-features --features rp2350 is that of the Pico 2");
@@ -27,4 +30,27 @@ pub(crate) fn config() -> Config {
     use embassy_rp::clocks::ClockConfig;
     // Where the dividers cannot make it, the library's choice still runs: the lamps would dim at 600 Hz, which the drivers take.
     ClockConfig::system_freq(125_000_000).map_or_else(|_| Config::default(), Config::new)
+}
+
+/// The board's number in hexadecimal: that of its flash chip. Empty where it cannot be read.
+#[cfg(feature = "rp2040")]
+pub(crate) fn serial_number(flash: &mut Chip) -> String<24> {
+    let mut id = [0; 8];
+    if flash.blocking_unique_id(&mut id).is_err() {
+        return String::new();
+    }
+    hexadecimal(u64::from_be_bytes(id))
+}
+
+/// The board's number in hexadecimal: that of the chip itself. Empty where it cannot be read.
+#[cfg(feature = "rp2350")]
+pub(crate) fn serial_number(_flash: &mut Chip) -> String<24> {
+    embassy_rp::otp::get_chipid().map(hexadecimal).unwrap_or_default()
+}
+
+fn hexadecimal(number: u64) -> String<24> {
+    let mut text = String::new();
+    // 16 digits fit.
+    let _ = core::fmt::write(&mut text, format_args!("{number:016X}"));
+    text
 }

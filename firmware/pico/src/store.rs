@@ -28,7 +28,7 @@ use crate::links::LINKS;
 use crate::plans::{self, Plans};
 use crate::sensors::SET_CLOCK;
 use crate::watchdog::{Client, check_in};
-use crate::{flash_map, readings, settings};
+use crate::{chip, flash_map, readings, settings};
 
 /// The chip.
 pub(crate) type Chip = Flash<'static, FLASH, Blocking, { flash_map::FLASH_BYTES }>;
@@ -65,7 +65,7 @@ impl Store {
         spare: PlanSlot,
     ) -> (Self, LedgerRecord) {
         let mut chip = Chip::new_blocking(resources.flash);
-        let serial_number = serial_number(&mut chip);
+        let serial_number = chip::serial_number(&mut chip);
         static BUFFER: StaticCell<plans::Buffer> = StaticCell::new();
         let buffer = BUFFER.init_with(|| [0; MAX_PLAN_BYTES]);
         let plans = Plans::load(&mut chip, active, spare, buffer);
@@ -115,17 +115,6 @@ impl Store {
         }
         SET_CLOCK.signal(());
     }
-}
-
-fn serial_number(chip: &mut Chip) -> String<24> {
-    let mut id = [0; 8];
-    let mut text = String::new();
-    if chip.blocking_unique_id(&mut id).is_ok() {
-        for byte in id {
-            let _ = core::fmt::write(&mut text, format_args!("{byte:02X}"));
-        }
-    }
-    text
 }
 
 /// Serves flash and hosts for ever.
