@@ -18,8 +18,11 @@ say "instructions of the design engine"
 command -v valgrind > /dev/null || tests/install.sh valgrind
 host-tool/benches/instructions.sh
 
+say "board: lints"
+firmware/build.sh --lint
 say "board: image"
 firmware/build.sh
+firmware/build.sh --rp2350
 firmware/build.sh --bench
 say "board: emulator"
 tests/emulator/set-up.sh

@@ -131,7 +131,7 @@ async fn send(class: &mut CdcAcmClass<'static, UsbDriver>, answer: &[u8]) -> Res
         class.write_packet(packet).await?;
     }
     // A transfer of whole packets ends with an empty one.
-    if answer.len() % PACKET_BYTES == 0 {
+    if answer.len().is_multiple_of(PACKET_BYTES) {
         class.write_packet(&[]).await?;
     }
     Ok(())
