@@ -121,7 +121,9 @@ impl Plans {
         read(chip, &staged, self.buffer)
     }
 
-    /// Tells whether the upload asks for more than the active plan does.
+    /// Tells whether the upload asks for more than the active plan does. A plan is large: this and its commit must not share a
+    /// frame of the stack.
+    #[inline(never)]
     pub(crate) fn asks_for_more(&mut self, chip: &mut Chip, crc: u32) -> Result<bool, Refusal> {
         let plan = self.staged(chip, crc)?;
         Ok(match &self.active {
@@ -131,6 +133,7 @@ impl Plans {
     }
 
     /// Verifies the upload, makes it the newest record and hands it to the controller.
+    #[inline(never)]
     pub(crate) fn commit(&mut self, chip: &mut Chip, crc: u32) -> Result<(), Refusal> {
         let plan = self.staged(chip, crc)?;
         // The slot of the plan before comes back within one step.
