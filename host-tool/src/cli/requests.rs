@@ -131,8 +131,7 @@ impl Open {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let lease = self.lease;
         let sent = self.sending.send(|client| client.open_outside_hours(lease))?;
-        let done =
-            serde_json::json!({ "open": true, "lease_s": lease.0 / 1000, "sent": sent.is_sent() });
+        let done = serde_json::json!({ "open": true, "lease_s": lease.0 / 1000, "sent": sent.is_sent() });
         output.result(&done, || {
             sent.in_words(format!("open for {}, whatever the schedule says", in_words(lease)))
         });
