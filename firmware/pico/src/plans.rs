@@ -111,21 +111,22 @@ impl Plans {
         writer.append(chip, bytes).map_err(|_| Refusal::StorageFailed)
     }
 
-    /// Reads back what was uploaded, before it is valid.
-    fn staged(&mut self, chip: &mut Chip, crc: u32) -> Result<ValidPlan, Refusal> {
+    /// Holds what was uploaded against its CRC, before it is valid.
+    fn staged(&self, chip: &mut Chip, crc: u32) -> Result<Record, Refusal> {
         let writer = self.upload.as_ref().ok_or(Refusal::NoUpload)?;
         let staged = writer.staged(chip).map_err(|_| Refusal::StorageFailed)?;
         if staged.crc() != crc {
             return Err(Refusal::Checksum { expected: crc, found: staged.crc() });
         }
-        read(chip, &staged, self.buffer)
+        Ok(staged)
     }
 
     /// Tells whether the upload asks for more than the active plan does. A plan is large: this and its commit must not share a
     /// frame of the stack.
     #[inline(never)]
     pub(crate) fn asks_for_more(&mut self, chip: &mut Chip, crc: u32) -> Result<bool, Refusal> {
-        let plan = self.staged(chip, crc)?;
+        let staged = self.staged(chip, crc)?;
+        let plan = read(chip, &staged, self.buffer)?;
         Ok(match &self.active {
             Some(active) => active.bounds.are_exceeded_by(&plan),
             None => Bounds::default().are_exceeded_by(&plan),
@@ -135,7 +136,8 @@ impl Plans {
     /// Verifies the upload, makes it the newest record and hands it to the controller.
     #[inline(never)]
     pub(crate) fn commit(&mut self, chip: &mut Chip, crc: u32) -> Result<(), Refusal> {
-        let plan = self.staged(chip, crc)?;
+        let staged = self.staged(chip, crc)?;
+        let plan = read(chip, &staged, self.buffer)?;
         // The slot of the plan before comes back within one step.
         self.take_back();
         let Some(slot) = self.spare.take() else { return Err(Refusal::LampsInMotion { retry: RETRY }) };
