@@ -1,6 +1,6 @@
 //! `vitrine check`: validates an exhibit.toml, sums it up, and predicts what its design will reach.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use miette::Report;
@@ -52,7 +52,13 @@ impl Check {
         if year.open_h == 0.0 {
             output.note(&format!("note: the schedule lights the exhibit never in {number}"));
         }
-        let outlook = if self.quick {
+        let foretold = !self.quick && exhibit.object.is_none();
+        if !self.quick && exhibit.object.is_some() {
+            output.note(
+                "note: what an exhibit with an object will show is not predicted: design it, and look at it",
+            );
+        }
+        let outlook = if !foretold {
             None
         } else {
             let mut progress = Progress::new(output.is_json());
@@ -119,13 +125,16 @@ fn summary(exhibit: &Exhibit) -> String {
             None => "viewer  far away (parallel rays)".to_owned(),
         },
     ];
+    if let Some(object) = &exhibit.object {
+        lines.push(format!("object  {}", object.model.display()));
+    }
     for view in &exhibit.views {
         lines.push(format!(
             "view    {:<16} {:>6.1} deg horizontal {:>6.1} deg vertical  {}",
             view.id,
             view.horizontal_deg,
             view.vertical_deg,
-            view.pattern.display()
+            view.pattern.as_deref().map_or("the object".into(), Path::to_string_lossy)
         ));
     }
     lines.join("\n")
