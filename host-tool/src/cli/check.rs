@@ -6,8 +6,10 @@ use clap::Args;
 use miette::Report;
 use vitrine::build_folder::BuildError;
 use vitrine::config::{self, Exhibit};
+use vitrine::object::{self, ObjectReport};
 use vitrine::year::{Year, year};
 
+use super::design::folder_of;
 use super::outlook::Outlook;
 use super::output::Output;
 use super::progress::Progress;
@@ -58,20 +60,30 @@ impl Check {
                 "note: what an exhibit with an object will show is not predicted: design it, and look at it",
             );
         }
+        let object = if self.quick { None } else { sliced(&exhibit, folder_of(&self.exhibit))? };
         let outlook = if !foretold {
             None
         } else {
             let mut progress = Progress::new(output.is_json());
             Some(Outlook::of(&exhibit, &self.exhibit, self.frontier.as_deref(), &mut progress)?)
         };
-        let result = serde_json::json!({ "exhibit": exhibit, "year": year, "outlook": outlook });
+        let result =
+            serde_json::json!({ "exhibit": exhibit, "year": year, "outlook": outlook, "object": object });
         output.result(&result, || {
             let mut parts = vec![summary(&exhibit), year_summary(&exhibit, &year)];
+            parts.extend(object.as_ref().map(ObjectReport::summary));
             parts.extend(outlook.as_ref().map(Outlook::summary));
             parts.join("\n")
         });
         Ok(())
     }
+}
+
+/// What becomes of the exhibit's object, where there is one.
+fn sliced(exhibit: &Exhibit, folder: &Path) -> Result<Option<ObjectReport>, Report> {
+    let Some(object) = &exhibit.object else { return Ok(None) };
+    let model = folder.join(&object.model);
+    Ok(Some(object::slice(&model, object, &exhibit.film_stack(), &exhibit.sights())?.report))
 }
 
 fn year_summary(exhibit: &Exhibit, year: &Year) -> String {

@@ -64,20 +64,16 @@ impl Box3 {
     /// Widens the box so that it holds `position`, if that is finite.
     pub fn hold(&mut self, position: [f64; 3]) {
         if position.iter().all(|value| value.is_finite()) {
-            for axis in 0..3 {
-                self.least[axis] = self.least[axis].min(position[axis]);
-                self.most[axis] = self.most[axis].max(position[axis]);
-            }
+            *self = self.with(Self { least: position, most: position });
         }
     }
 
     /// The box around both.
-    pub fn with(mut self, other: Self) -> Self {
-        for axis in 0..3 {
-            self.least[axis] = self.least[axis].min(other.least[axis]);
-            self.most[axis] = self.most[axis].max(other.most[axis]);
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            least: [0, 1, 2].map(|axis| self.least[axis].min(other.least[axis])),
+            most: [0, 1, 2].map(|axis| self.most[axis].max(other.most[axis])),
         }
-        self
     }
 
     /// Whether there is nothing in it.

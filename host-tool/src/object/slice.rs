@@ -157,3 +157,94 @@ impl Sink for Around {
         self.hold(triangles.iter().flatten().map(|corner| corner.position));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::CentreSetting;
+    use crate::optics::Direction;
+    use crate::projection::ViewerDistance;
+
+    /// 8 films of 16 x 16 pixels of 1 mm, 1 mm apart.
+    fn stack() -> Stack {
+        Stack {
+            films: 8,
+            width_px: 16,
+            height_px: 16,
+            width_mm: 16.0,
+            film_mm: 0.5,
+            spacer_mm: 0.5,
+            ..Stack::default()
+        }
+    }
+
+    fn in_mm() -> ObjectSettings {
+        ObjectSettings { unit_mm: Some(1.0), centre: CentreSetting::Origin, ..ObjectSettings::default() }
+    }
+
+    fn sliced(name: &str, text: &str, settings: &ObjectSettings, degrees: &[f64]) -> Sliced {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        let sight = |degrees: &f64| Sight {
+            direction: Direction::new(*degrees, 0.0),
+            distance: ViewerDistance::Parallel,
+        };
+        slice(&path, settings, &stack(), &degrees.iter().map(sight).collect::<Vec<_>>()).unwrap()
+    }
+
+    /// A closed cube of 6 mm about the middle, red in front.
+    const CUBE: &str = "v -3 -3 -3\nv 3 -3 -3\nv 3 3 -3\nv -3 3 -3\nv -3 -3 3 1 0 0\nv 3 -3 3 1 0 0\nv 3 3 3 1 0 0\n\
+        v -3 3 3 1 0 0\nf 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 4 3 7 8\nf 1 4 8 5\nf 2 3 7 6\n";
+
+    #[test]
+    fn a_filled_cube_has_ink_inside_and_an_open_one_says_where_not() {
+        let filled = ObjectSettings { filled: true, ..in_mm() };
+        let hollow = sliced("a.obj", CUBE, &in_mm(), &[]).report;
+        let solid = sliced("a.obj", CUBE, &filled, &[]);
+        assert_eq!(solid.report.tally.triangles, 12);
+        assert!(solid.report.notes.is_empty(), "{:?}", solid.report.notes);
+        // The surface takes voxels 5 and 11 along each axis, the inside has those between.
+        assert_eq!((hollow.voxels, solid.report.voxels), (7 * 7 * 7 - 5 * 5 * 5, 7 * 7 * 7));
+        let at = |film: usize, row: usize, column: usize| (film * 16 + row) * 16 + column;
+        assert!(solid.layers.occupied()[at(4, 8, 8)]);
+        let ink = solid.layers.volume(crate::design::Tone::Code);
+        assert_eq!(ink.film_rgb8(4)[3 * (8 * 16 + 8)..][..3], [255, 0, 0]);
+        let open = CUBE.replace("f 5 6 7 8\n", "");
+        let open = sliced("a.obj", &open, &filled, &[]).report;
+        assert!(open.notes[0].contains("not closed in 36 of 256 columns"), "{:?}", open.notes);
+    }
+
+    #[test]
+    fn what_no_view_sees_is_taken_away() {
+        // A wall of points on the top film, and one point 3 mm behind its middle.
+        let place = |at: u8| f64::from(at) - 2.5;
+        let wall: String = (0..49).map(|at| format!("{} {} 3.5\n", place(at % 7), place(at / 7))).collect();
+        let text = format!("{wall}0.5 0.5 0.5\n");
+        let removed = |degrees: &[f64]| {
+            let settings = ObjectSettings { hidden: HiddenSetting::Remove, ..in_mm() };
+            sliced("a.xyz", &text, &settings, degrees).report.hidden_voxels
+        };
+        assert_eq!(removed(&[0.0]), 1);
+        assert_eq!(removed(&[30.0, -30.0]), 1);
+        // From so far to the side one looks past the wall's edge.
+        assert_eq!(removed(&[0.0, 60.0]), 0);
+        assert_eq!(sliced("a.xyz", &text, &in_mm(), &[0.0]).report.hidden_voxels, 0);
+    }
+
+    #[test]
+    fn what_a_model_is_cut_of_is_told() {
+        let moved = ObjectSettings { unit_mm: Some(2.0), ..in_mm() };
+        let report = sliced("a.obj", CUBE, &moved, &[]).report;
+        // Twice as large it is 12 mm: too deep, so that front and back lie outside and the sides are cut.
+        let tally = report.tally;
+        assert_eq!((tally.triangles, tally.triangles_outside, tally.triangles_cut), (12, 4, 8));
+        assert_eq!(
+            tally.in_words(),
+            "of 12 triangles 8 on films, 8 of them cut at the stack's faces, 4 outside"
+        );
+        let fitted = sliced("a.obj", CUBE, &ObjectSettings::default(), &[]).report;
+        assert_eq!(fitted.tally.triangles_cut, 0);
+        assert!(fitted.size_mm.unwrap().iter().all(|size| (size - 8.0).abs() < 1e-4));
+    }
+}

@@ -108,13 +108,9 @@ fn between(a: &Corner, b: &Corner, part: f64) -> Corner {
 /// What of the triangle lies within `0..=size` (Sutherland and Hodgman 1974): a convex polygon.
 fn clipped(triangle: &Triangle, size: Vector) -> Vec<Corner> {
     let mut polygon = triangle.to_vec();
-    for axis in 0..3 {
+    for (axis, most) in size.into_iter().enumerate() {
         polygon = cut(&polygon, |corner| corner.position[axis], |corner| corner.position[axis] = 0.0);
-        polygon = cut(
-            &polygon,
-            |corner| size[axis] - corner.position[axis],
-            |corner| corner.position[axis] = size[axis],
-        );
+        polygon = cut(&polygon, |corner| most - corner.position[axis], |corner| corner.position[axis] = most);
     }
     polygon
 }

@@ -23,8 +23,6 @@ pub struct Shown {
     volume: Volume,
     /// Whether each voxel (film, row, column) belongs to the object.
     voxels: Vec<bool>,
-    /// The voxels of the object as full ink, for what they cover.
-    cover: Volume,
 }
 
 impl Shown {
@@ -32,11 +30,8 @@ impl Shown {
     pub fn new(exhibit: &Exhibit, sliced: &Sliced) -> Self {
         let stack = exhibit.film_stack();
         let (volume, voxels) = (sliced.layers.volume(exhibit.tone()), sliced.layers.occupied());
-        let mut cover = Volume::new(stack.films, stack.height_px, stack.width_px);
-        let covered = cover.channel_mut(0).iter_mut().zip(&voxels);
-        covered.for_each(|(value, taken)| *value = f32::from(u8::from(*taken)));
         let white_films = (exhibit.design.brightness * stack.films as f64) as f32;
-        Self { tone: exhibit.tone(), white_films, volume, voxels, cover, stack }
+        Self { tone: exhibit.tone(), white_films, volume, voxels, stack }
     }
 
     /// The ink alone.
@@ -68,7 +63,7 @@ impl Shown {
     /// much of the pixel the object covers: its voxels seen as full ink, at most 1.
     pub fn before(&self, pattern: &Picture, direction: Direction, distance: ViewerDistance) -> Picture {
         let light = self.light(&self.volume, direction, distance);
-        let cover = self.light(&self.cover, direction, distance);
+        let cover = self.light(&self.full(), direction, distance);
         let mut shown = match self.tone {
             Tone::Linear => pattern.decoded(),
             Tone::Code => pattern.clone(),
@@ -82,6 +77,14 @@ impl Shown {
             }
         }
         self.encoded(&shown)
+    }
+
+    /// The object's voxels as full ink of the first colour.
+    fn full(&self) -> Volume {
+        let mut full = Volume::new(self.stack.films, self.stack.height_px, self.stack.width_px);
+        let voxels = full.channel_mut(0).iter_mut().zip(&self.voxels);
+        voxels.for_each(|(value, taken)| *value = f32::from(u8::from(*taken)));
+        full
     }
 
     fn light(&self, volume: &Volume, direction: Direction, distance: ViewerDistance) -> Picture {

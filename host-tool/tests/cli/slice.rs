@@ -6,6 +6,9 @@ use serde_json::Value;
 
 use super::support::{SMALL, Workshop};
 
+#[path = "../../examples/flowers/meadow.rs"]
+mod meadow;
+
 /// A cloud of `count` points on a grid, 0.5 mm apart, red to the right and green above; every tenth lies far outside.
 fn cloud(count: usize) -> String {
     let line = |index: usize| {
@@ -158,5 +161,31 @@ fn wrong_models_are_told_and_leave_nothing() {
         &["far.xyz", "-o", "build", "--unit-mm", "0"],
     ] {
         assert_eq!(workshop.run(&[&["slice"], arguments].concat()).code, Some(2), "{arguments:?}");
+    }
+}
+
+/// The paper's 3D prototype: 51,767 points on 20 films of 300 x 300, in 35 x 35 x 12.5 mm.
+#[test]
+fn the_films_of_the_meadow_show_exactly_its_points() {
+    let workshop = Workshop::new();
+    workshop.write("flowers.ply", meadow::ply());
+    let prototype = ["--pixels", "300", "--spacer-mm", "0.525"];
+    let arguments = [&["slice", "flowers.ply", "-o", "build", "--json"][..], &IN_MM, &prototype].concat();
+    let told: Value = serde_json::from_str(&workshop.succeed(&arguments)).unwrap();
+    let count = |key: &str| told["object"][key].as_u64().unwrap();
+    assert_eq!((count("on_films"), count("outside"), count("not_finite")), (meadow::POINTS as u64, 0, 0));
+    let lit: usize = (1..=20)
+        .map(|film| {
+            let film =
+                image::open(workshop.path(&format!("build/films/film-{film:02}.png"))).unwrap().to_rgb8();
+            film.pixels().filter(|pixel| pixel.0 != [0; 3]).count()
+        })
+        .sum();
+    assert_eq!(lit, meadow::POINTS);
+    for angle in ["-30", "0", "30"] {
+        workshop.succeed(&["view", "build", "--horizontal", angle, "--ideal", "--encode", "-o", "view.png"]);
+        let view = image::open(workshop.path("view.png")).unwrap().to_rgb8();
+        let lit = view.pixels().filter(|pixel| pixel.0.iter().any(|value| *value > 60)).count();
+        assert!((20_000..60_000).contains(&lit), "{angle}: {lit}");
     }
 }

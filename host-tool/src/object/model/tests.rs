@@ -25,6 +25,9 @@ impl Sink for Kept {
     }
 }
 
+/// The points and triangles of a model, and what had to be mended or guessed.
+type Found = (Vec<Point>, Vec<Triangle>, Vec<String>);
+
 /// A folder with one model in it.
 struct OnDisk {
     _folder: tempfile::TempDir,
@@ -39,7 +42,7 @@ impl OnDisk {
         Self { _folder: folder, path }
     }
 
-    fn read(&self) -> Result<(Vec<Point>, Vec<Triangle>, Vec<String>), ModelError> {
+    fn read(&self) -> Result<Found, ModelError> {
         let kept = Kept::default();
         let notes = Model::open(&self.path)?.read(&kept)?;
         let mut points = kept.points.into_inner().unwrap();
@@ -48,7 +51,7 @@ impl OnDisk {
     }
 }
 
-fn read(name: &str, bytes: impl AsRef<[u8]>) -> (Vec<Point>, Vec<Triangle>, Vec<String>) {
+fn read(name: &str, bytes: impl AsRef<[u8]>) -> Found {
     OnDisk::new(name, bytes).read().unwrap()
 }
 

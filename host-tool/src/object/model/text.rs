@@ -20,7 +20,7 @@ pub(super) const LONGEST_LINE: usize = 1 << 20;
 pub(super) fn read_blocks(
     path: &Path,
     mut file: File,
-    read: &(dyn Fn(u64, &[u8]) -> Result<(), ModelError> + Sync),
+    read: impl Fn(u64, &[u8]) -> Result<(), ModelError> + Sync,
 ) -> Result<(), ModelError> {
     let unreadable = |source| ModelError::Unreadable { path: path.to_owned(), source };
     let mut block = Vec::with_capacity(BLOCK);

@@ -38,7 +38,7 @@ struct Columns {
 pub(super) fn read(path: &Path, sink: &dyn Sink) -> Result<Vec<String>, ModelError> {
     let (file, _) = open(path)?;
     let columns = columns(path, &file)?;
-    read_blocks(path, open(path)?.0, &|first, part| {
+    read_blocks(path, open(path)?.0, |first, part| {
         let mut points = Vec::with_capacity(POINTS_AT_ONCE);
         for (line, number) in part.split(|byte| *byte == b'\n').zip(first..) {
             if number < columns.first_line || is_comment(line) {

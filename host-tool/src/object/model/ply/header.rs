@@ -168,7 +168,7 @@ impl Header {
                 }
                 ["element", name, count] => match count.parse() {
                     Ok(count) => {
-                        elements.push(Element { name: (*name).to_owned(), count, properties: Vec::new() })
+                        elements.push(Element { name: (*name).to_owned(), count, properties: Vec::new() });
                     }
                     Err(_) => return fail("the number of elements is no whole number"),
                 },

@@ -1,19 +1,12 @@
-//! Grows a meadow of flowers and butterflies as a cloud of exactly 51,767 coloured points, as many as the paper's 3D
-//! prototype shows, in its 35 x 35 x 12.5 mm:
+//! A meadow as points: units are mm, x to the right, y up, z toward the viewer, the origin in the middle.
 //!
-//! ```text
-//! cargo run --release -p vitrine --example flowers -- flowers.ply
-//! vitrine slice flowers.ply -o build --pixels 300 --spacer-mm 0.525 --unit-mm 1 --centre origin
-//! ```
-//!
-//! Units are mm, x to the right, y up, z toward the viewer, the origin in the middle. No two points share a voxel of the
-//! prototype's 300 x 300 pixels on 20 films, so that its films show as many points as there are.
+//! No two points share a voxel of the prototype's 300 x 300 pixels on 20 films, so that its films show as many points as
+//! there are.
 
 use std::collections::HashMap;
-use std::io::Write;
 
 /// Points of the cloud.
-const POINTS: usize = 51_767;
+pub(crate) const POINTS: usize = 51_767;
 /// The prototype: pixels of a film's side, films, and mm.
 const PIXELS: f64 = 300.0;
 const FILMS: f64 = 20.0;
@@ -28,8 +21,23 @@ type Colour = [f64; 3];
 /// A surface: from two numbers of 0..1 to a place and its colour, where there is something.
 type Surface = Box<dyn Fn(f64, f64) -> Option<(Vector, Colour)>>;
 
-fn main() -> std::io::Result<()> {
-    let path = std::env::args().nth(1).unwrap_or_else(|| "flowers.ply".to_owned());
+/// The meadow as a binary PLY file.
+pub(crate) fn ply() -> Vec<u8> {
+    let mut file = format!(
+        "ply\nformat binary_little_endian 1.0\ncomment flowers and butterflies; mm\nelement vertex {POINTS}\n\
+         property float x\nproperty float y\nproperty float z\n\
+         property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n"
+    )
+    .into_bytes();
+    for (place, colour) in points() {
+        file.extend(place.iter().flat_map(|value| (*value as f32).to_le_bytes()));
+        file.extend(colour.map(|value| (value * 255.0).round().clamp(0.0, 255.0) as u8));
+    }
+    file
+}
+
+/// As many points as are wanted of all voxels that the surfaces meet, chosen by chance.
+fn points() -> Vec<(Vector, Colour)> {
     let mut chance = Chance(51_767);
     let mut voxels: HashMap<[i64; 3], (Vector, Colour)> = HashMap::new();
     let mut order = Vec::new();
@@ -49,21 +57,8 @@ fn main() -> std::io::Result<()> {
     for at in (1..order.len()).rev() {
         order.swap(at, (chance.next() * (at + 1) as f64) as usize);
     }
-    let mut file = std::io::BufWriter::new(std::fs::File::create(&path)?);
-    write!(
-        file,
-        "ply\nformat binary_little_endian 1.0\ncomment flowers and butterflies; mm\nelement vertex {POINTS}\n\
-         property float x\nproperty float y\nproperty float z\n\
-         property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n"
-    )?;
-    for voxel in &order[..POINTS] {
-        let (place, colour) = voxels[voxel];
-        place.iter().try_for_each(|value| file.write_all(&(*value as f32).to_le_bytes()))?;
-        file.write_all(&colour.map(|value| (value * 255.0).round().clamp(0.0, 255.0) as u8))?;
-    }
-    file.flush()?;
-    println!("{path}: {POINTS} points of {} voxels", order.len());
-    Ok(())
+    order.truncate(POINTS);
+    order.iter().map(|voxel| voxels[voxel]).collect()
 }
 
 /// The prototype's voxel in which a place lies, if it keeps clear of its faces: as 32 bits it must lie there too.
