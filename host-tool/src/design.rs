@@ -10,6 +10,7 @@ mod as_built;
 mod compatibility;
 mod divergence;
 mod emphasis;
+mod fixed;
 mod frontier;
 mod halftone;
 mod joint;
@@ -29,6 +30,7 @@ pub use advice::{Advice, Change, Exposed, Placement, advise};
 pub use as_built::{AsBuilt, HandErrors, SEED, STACKS, ViewAsBuilt, as_built, built_by_hand, misplacements};
 pub use compatibility::{Prediction, SharedDetail, ViewPrediction, predict};
 pub use emphasis::{LampSums, pair_for_all};
+pub use fixed::FixedInk;
 pub use frontier::{FrontierPoint, frontier};
 pub use memory::predicted_memory_mib;
 pub use pedestal::lifted;
@@ -39,17 +41,56 @@ pub use request::{
 pub use result::{Design, SharedPair, ViewDesign};
 pub use stop::Stop;
 
+use crate::volume::Volume;
+
 /// Designs the volume and the lamp pairs that the request asks for; `report` is told how far it is.
 ///
 /// # Errors
 /// When the request cannot be met as it stands, with the field and the remedy, and when it is asked to stop.
 pub fn design(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Result<Design, DesignError> {
+    design_around(request, None, report)
+}
+
+/// As [`design`], around ink that stays as it is; the patterns must show it where it is seen.
+///
+/// # Errors
+/// As [`design`].
+pub fn design_around(
+    request: &DesignRequest,
+    fixed: Option<&FixedInk>,
+    report: &mut dyn FnMut(Progress),
+) -> Result<Design, DesignError> {
     request.check()?;
     let mut volume = match request.settings.method {
         Method::Product => product(request, report),
-        Method::LeastSquares => joint::solve(request, report),
+        Method::LeastSquares => joint::solve(request, fixed, report),
     };
     request.go_on()?;
+    if let Some(fixed) = fixed {
+        fixed.put_into(&mut volume);
+    }
+    finish(request, volume, report)
+}
+
+/// Finds the lamps for a volume that is given, and measures what it shows beside the patterns.
+///
+/// # Errors
+/// As [`design`].
+pub fn show(
+    request: &DesignRequest,
+    volume: Volume,
+    report: &mut dyn FnMut(Progress),
+) -> Result<Design, DesignError> {
+    request.check()?;
+    finish(request, volume, report)
+}
+
+/// Brings the volume to what is written, finds its lamps and measures it.
+fn finish(
+    request: &DesignRequest,
+    mut volume: Volume,
+    report: &mut dyn FnMut(Progress),
+) -> Result<Design, DesignError> {
     if let Some(levels) = request.settings.levels {
         halftone::halftone(request, &mut volume, levels, report);
     }

@@ -13,6 +13,7 @@ pub mod ink;
 pub mod link;
 pub mod material;
 pub mod measure;
+pub mod object;
 pub mod optics;
 pub mod picture;
 pub mod projection;

@@ -84,6 +84,14 @@ impl Picture {
         Self::decode(&bytes).map_err(|cause| PictureError::Damaged { path: path.to_owned(), cause })
     }
 
+    /// Reads the bytes of a file as [`Picture::read`].
+    ///
+    /// # Errors
+    /// Says what the decoder says when the bytes are no picture, or end before its last pixel.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+        Self::decode(bytes)
+    }
+
     /// Reads a file as [`Picture::read`], crops it about its centre to the shape of `width` x `height` and
     /// resizes it. A picture that already has this size passes unchanged.
     ///

@@ -36,8 +36,11 @@ impl Manifest {
     pub(super) fn new(exhibit: &Exhibit, ink_bits: u8) -> Self {
         let mut exhibit = exhibit.clone();
         for view in &mut exhibit.views {
-            view.pattern = PathBuf::from(portable_name(&view.pattern));
+            view.pattern = view.pattern.as_deref().map(|pattern| PathBuf::from(portable_name(pattern)));
             view.mask = view.mask.as_deref().map(|mask| PathBuf::from(portable_name(mask)));
+        }
+        if let Some(object) = &mut exhibit.object {
+            object.model = PathBuf::from(portable_name(&object.model));
         }
         Self {
             format: FORMAT.to_owned(),
@@ -52,7 +55,7 @@ impl Manifest {
 }
 
 /// A path that says nothing about this computer: forward slashes, and of an absolute path only the file's name.
-pub(super) fn portable_name(path: &Path) -> String {
+pub(crate) fn portable_name(path: &Path) -> String {
     let path = if path.is_absolute() { path.file_name().map_or(path, Path::new) } else { path };
     path.to_string_lossy().replace('\\', "/")
 }

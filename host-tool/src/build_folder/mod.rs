@@ -14,13 +14,16 @@ mod manifest;
 mod page;
 mod read;
 mod report;
+mod turn;
 mod whole;
 mod write;
 
 pub use films::{FilmError, film_name};
 pub use look::{Look, LookRequest, look, look_png};
+pub(crate) use manifest::portable_name;
 pub use manifest::{FORMAT, LAYOUT, Manifest};
 pub use read::{BuildFolder, Films, OpenError};
 pub use report::{Figures, Report, ViewReport};
+pub use turn::{Turn, Turned, turn};
 pub use whole::{INTERRUPTED, Interrupt, WholeFolder, clean_up_on_interrupt, write_file};
-pub use write::{Beside, BuildError, check_place, write};
+pub use write::{Beside, BuildError, Inputs, check_place, write};

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::config::{Exhibit, Hold, LampSetting, ViewSettings};
 use crate::design::{AsBuilt, Design, SharedPair, ViewAsBuilt, ViewDesign};
 use crate::measure::Quality;
+use crate::object::ObjectReport;
 use crate::optics::LampPair;
 
 /// All figures of a design.
@@ -29,6 +30,9 @@ pub struct Report {
     /// What becomes of the views in human hands, where that was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub as_built: Option<AsBuilt>,
+    /// What became of the object's model, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub object: Option<ObjectReport>,
     /// The views, in the order of exhibit.toml.
     pub views: Vec<ViewReport>,
 }
@@ -121,13 +125,14 @@ impl Report {
             neutral: design.neutral.into(),
             shared: design.shared.iter().map(|shared| SharedReport::new(shared, design)).collect(),
             as_built: None,
+            object: None,
             views,
         }
     }
 
     /// The figures as lines to read.
     pub fn summary(&self) -> String {
-        let mut lines = Vec::new();
+        let mut lines: Vec<String> = self.object.iter().map(ObjectReport::summary).collect();
         for view in &self.views {
             let Figures { psnr_db, ssim, .. } = view.quality;
             let Pair { top, bottom } = view.emphasis;

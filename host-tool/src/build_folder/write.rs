@@ -16,6 +16,7 @@ use super::whole::WholeFolder;
 use crate::config::{Exhibit, PlanPairs, ZoneError};
 use crate::design::{AsBuilt, Design, DesignRequest};
 use crate::measure::structural_similarity;
+use crate::object::ObjectReport;
 use crate::picture::Picture;
 use crate::volume::InkDepth;
 use vitrine_exhibit::plan::{Plan, PlanError, ValidPlan};
@@ -104,16 +105,51 @@ pub struct Beside<'a> {
     pub given: Option<&'a DesignRequest>,
     /// What becomes of the design in human hands, where that was asked for.
     pub as_built: Option<&'a AsBuilt>,
+    /// What became of the object's model, where there is one.
+    pub object: Option<&'a ObjectReport>,
 }
 
-/// Writes the build of `design`, made from the exhibit.toml at `exhibit_path`, to `place`, whole or not at all.
-///
+/// The files from which a build is made.
+#[derive(Clone, Debug)]
+pub struct Inputs {
+    /// Their names in the manifest, and where they are.
+    files: Vec<(String, PathBuf)>,
+}
+
+impl Inputs {
+    /// The files of an exhibit whose paths are relative to `folder`, with its exhibit.toml, where there is one, and
+    /// those of its object's model.
+    pub fn new(exhibit: &Exhibit, folder: &Path, exhibit_toml: Option<&Path>, model: &[PathBuf]) -> Self {
+        let pictures = exhibit.views.iter().flat_map(|view| view.pattern.iter().chain(&view.mask));
+        let named = |path: &PathBuf| (portable_name(path), folder.join(path));
+        let mut files: Vec<(String, PathBuf)> = pictures.map(named).collect();
+        files.extend(exhibit_toml.map(|path| ("exhibit.toml".to_owned(), path.to_owned())));
+        files.extend(model.iter().map(|path| {
+            let name = path.strip_prefix(folder).unwrap_or(path);
+            (portable_name(name), path.clone())
+        }));
+        Self { files }
+    }
+
+    /// BLAKE3 of all files, however long, by their names.
+    fn hashes(&self) -> Result<BTreeMap<String, String>, BuildError> {
+        let hash = |(name, path): &(String, PathBuf)| {
+            let mut hasher = blake3::Hasher::new();
+            let read = std::fs::File::open(path).and_then(|file| hasher.update_reader(file).map(|_| ()));
+            read.map_err(|source| BuildError::Input { path: path.clone(), source })?;
+            Ok((name.clone(), hasher.finalize().to_hex().to_string()))
+        };
+        self.files.par_iter().map(hash).collect()
+    }
+}
+
+/// Writes the build of `design`, made from `inputs`, to `place`, whole or not at all.
 ///
 /// # Errors
 /// Fails when `place` is taken by something else and when anything cannot be written; then `place` is as it was.
 pub fn write(
     place: &Path,
-    exhibit_path: &Path,
+    inputs: &Inputs,
     exhibit: &Exhibit,
     request: &DesignRequest,
     beside: Beside<'_>,
@@ -124,6 +160,7 @@ pub fn write(
     let depth = request.settings.ink_depth;
     let mut report = Report::new(exhibit, design);
     report.as_built = beside.as_built.cloned();
+    report.object = beside.object.cloned();
     if let Some(given) = given {
         for ((view, adapted), given) in report.views.iter_mut().zip(&request.views).zip(&given.views) {
             view.similarity_to_given = Some(structural_similarity(&adapted.pattern, &given.pattern));
@@ -150,7 +187,7 @@ pub fn write(
             files.insert(format!("views/{}.given.png", view.id), given.clone());
         }
     }
-    let mut manifest = manifest(exhibit_path, exhibit, depth, &files)?;
+    let mut manifest = manifest(inputs, exhibit, depth, &files)?;
     let page = page(&PageParts {
         exhibit,
         report: &report,
@@ -237,7 +274,7 @@ fn plan_file(plan: &Plan) -> Result<Vec<u8>, BuildError> {
 }
 
 fn manifest(
-    exhibit_path: &Path,
+    inputs: &Inputs,
     exhibit: &Exhibit,
     depth: InkDepth,
     files: &BTreeMap<String, Vec<u8>>,
@@ -247,15 +284,7 @@ fn manifest(
         InkDepth::Sixteen => 16,
     };
     let mut manifest = Manifest::new(exhibit, bits);
-    let folder = exhibit_path.parent().unwrap_or(Path::new(""));
-    let pictures = exhibit.views.iter().flat_map(|view| std::iter::once(&view.pattern).chain(&view.mask));
-    let mut inputs: Vec<(String, PathBuf)> =
-        pictures.map(|picture| (portable_name(picture), folder.join(picture))).collect();
-    inputs.push(("exhibit.toml".to_owned(), exhibit_path.to_owned()));
-    for (name, path) in inputs {
-        let bytes = std::fs::read(&path).map_err(|source| BuildError::Input { path, source })?;
-        manifest.inputs.insert(name, hash(&bytes));
-    }
+    manifest.inputs = inputs.hashes()?;
     manifest.outputs = files.iter().map(|(name, bytes)| (name.clone(), hash(bytes))).collect();
     Ok(manifest)
 }

@@ -1,13 +1,15 @@
 //! `vitrine check`: validates an exhibit.toml, sums it up, and predicts what its design will reach.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use miette::Report;
 use vitrine::build_folder::BuildError;
 use vitrine::config::{self, Exhibit};
+use vitrine::object::{self, ObjectReport};
 use vitrine::year::{Year, year};
 
+use super::design::folder_of;
 use super::outlook::Outlook;
 use super::output::Output;
 use super::progress::Progress;
@@ -52,20 +54,36 @@ impl Check {
         if year.open_h == 0.0 {
             output.note(&format!("note: the schedule lights the exhibit never in {number}"));
         }
-        let outlook = if self.quick {
+        let foretold = !self.quick && exhibit.object.is_none();
+        if !self.quick && exhibit.object.is_some() {
+            output.note(
+                "note: what an exhibit with an object will show is not predicted: design it, and look at it",
+            );
+        }
+        let object = if self.quick { None } else { sliced(&exhibit, folder_of(&self.exhibit))? };
+        let outlook = if !foretold {
             None
         } else {
             let mut progress = Progress::new(output.is_json());
             Some(Outlook::of(&exhibit, &self.exhibit, self.frontier.as_deref(), &mut progress)?)
         };
-        let result = serde_json::json!({ "exhibit": exhibit, "year": year, "outlook": outlook });
+        let result =
+            serde_json::json!({ "exhibit": exhibit, "year": year, "outlook": outlook, "object": object });
         output.result(&result, || {
             let mut parts = vec![summary(&exhibit), year_summary(&exhibit, &year)];
+            parts.extend(object.as_ref().map(ObjectReport::summary));
             parts.extend(outlook.as_ref().map(Outlook::summary));
             parts.join("\n")
         });
         Ok(())
     }
+}
+
+/// What becomes of the exhibit's object, where there is one.
+fn sliced(exhibit: &Exhibit, folder: &Path) -> Result<Option<ObjectReport>, Report> {
+    let Some(object) = &exhibit.object else { return Ok(None) };
+    let model = folder.join(&object.model);
+    Ok(Some(object::slice(&model, object, &exhibit.film_stack(), &exhibit.sights())?.report))
 }
 
 fn year_summary(exhibit: &Exhibit, year: &Year) -> String {
@@ -119,13 +137,16 @@ fn summary(exhibit: &Exhibit) -> String {
             None => "viewer  far away (parallel rays)".to_owned(),
         },
     ];
+    if let Some(object) = &exhibit.object {
+        lines.push(format!("object  {}", object.model.display()));
+    }
     for view in &exhibit.views {
         lines.push(format!(
             "view    {:<16} {:>6.1} deg horizontal {:>6.1} deg vertical  {}",
             view.id,
             view.horizontal_deg,
             view.vertical_deg,
-            view.pattern.display()
+            view.pattern.as_deref().map_or("the object".into(), Path::to_string_lossy)
         ));
     }
     lines.join("\n")

@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use miette::{Diagnostic, Report};
 use thiserror::Error;
-use vitrine::build_folder::{self, Beside, Interrupt};
-use vitrine::config;
+use vitrine::build_folder::{self, Beside, Inputs, Interrupt};
+use vitrine::config::{self, Exhibit};
 use vitrine::design::{
-    self, DesignError, HandErrors, SEED, STACKS, Stop, adapt, built_by_hand, predicted_memory_mib,
+    self, AsBuilt, DesignError, DesignRequest, HandErrors, SEED, STACKS, Stop, adapt, built_by_hand,
+    predicted_memory_mib,
 };
+use vitrine::object::{self, Shown, Sliced};
 use vitrine::optics::LampPair;
 use vitrine::picture::PictureError;
 use vitrine::volume::InkDepth;
@@ -121,36 +123,103 @@ pub(super) fn design_exhibit(
     output: Output,
 ) -> Result<build_folder::Report, Report> {
     let exhibit = config::load(path)?;
-    build_folder::check_place(place)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let mut request = exhibit.design_request(folder, depth).map_err(DesignFailure::from)?;
-    if let Some(iterations) = effort.iterations {
-        request.settings.iterations = iterations;
+    let source = Source { exhibit: &exhibit, exhibit_toml: Some(path), folder: folder_of(path) };
+    source.design(place, depth, effort, output)
+}
+
+/// The folder that the paths in the exhibit.toml at `path` are relative to.
+pub(super) fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
+
+/// An exhibit to be designed.
+pub(super) struct Source<'a> {
+    pub(super) exhibit: &'a Exhibit,
+    /// The file that says so, where there is one.
+    pub(super) exhibit_toml: Option<&'a Path>,
+    /// What its paths are relative to.
+    pub(super) folder: &'a Path,
+}
+
+impl Source<'_> {
+    /// Designs the exhibit into the build folder `place`.
+    pub(super) fn design(
+        &self,
+        place: &Path,
+        depth: InkDepth,
+        effort: Effort,
+        output: Output,
+    ) -> Result<build_folder::Report, Report> {
+        let exhibit = self.exhibit;
+        build_folder::check_place(place)?;
+        let progress = &mut Progress::new(output.is_json());
+        let sliced = self.slice(progress)?;
+        let object = sliced.as_ref().map(|sliced| Shown::new(exhibit, sliced));
+        let mut request =
+            exhibit.design_request(self.folder, depth, object.as_ref()).map_err(DesignFailure::from)?;
+        if let Some(iterations) = effort.iterations {
+            request.settings.iterations = iterations;
+        }
+        check_memory(exhibit, &request, output)?;
+        let similarity = exhibit.design.adapt.then_some(exhibit.design.adapt_similarity);
+        let path = self.exhibit_toml.unwrap_or(Path::new("the exhibit"));
+        let (adapted, designed) = stoppable(path, &request.stop, || {
+            let report = &mut |step| progress.report(step);
+            let adapted = similarity.map(|similarity| adapt(&request, similarity, report)).transpose()?;
+            let wanted = adapted.as_ref().map_or(&request, |adapted| &adapted.request);
+            let designed = match object {
+                Some(object) if exhibit.is_object_alone() => {
+                    design::show(wanted, object.into_volume(), report)?
+                }
+                Some(object) => design::design_around(wanted, object.into_fixed().as_ref(), report)?,
+                None => design::design(wanted, report)?,
+            };
+            Ok((adapted, designed))
+        })?;
+        let (wanted, given) = match &adapted {
+            Some(adapted) => (&adapted.request, Some(&request)),
+            None => (&request, None),
+        };
+        let as_built = look_as_built(wanted, &designed, effort.stacks, progress);
+        let report = sliced.as_ref().map(|sliced| &sliced.report);
+        let beside = Beside { given, as_built: Some(&as_built), object: report };
+        let files = sliced.as_ref().map(|sliced| sliced.files.as_slice()).unwrap_or_default();
+        let inputs = Inputs::new(exhibit, self.folder, self.exhibit_toml, files);
+        Ok(build_folder::write(place, &inputs, exhibit, wanted, beside, &designed)?)
     }
-    let needed_mib = predicted_memory_mib(&request).ceil() as u64;
+
+    /// Lays the exhibit's object into the films, where there is one.
+    fn slice(&self, progress: &mut Progress) -> Result<Option<Sliced>, Report> {
+        let Some(object) = &self.exhibit.object else { return Ok(None) };
+        progress.report(design::Progress::at("slicing the object", 0, 1));
+        let stack = self.exhibit.film_stack();
+        let model = self.folder.join(&object.model);
+        Ok(Some(object::slice(&model, object, &stack, &self.exhibit.sights())?))
+    }
+}
+
+fn check_memory(exhibit: &Exhibit, request: &DesignRequest, output: Output) -> Result<(), Report> {
+    let needed_mib = predicted_memory_mib(request).ceil() as u64;
     match exhibit.design.memory_mib {
         Some(allowed_mib) if u64::from(allowed_mib) < needed_mib => {
-            return Err(DesignFailure::Memory { needed_mib, allowed_mib }.into());
+            Err(DesignFailure::Memory { needed_mib, allowed_mib }.into())
         }
-        _ => output.note(&format!("needs at most about {needed_mib} MiB of memory")),
+        _ => {
+            output.note(&format!("needs at most about {needed_mib} MiB of memory"));
+            Ok(())
+        }
     }
-    let progress = &mut Progress::new(output.is_json());
-    let similarity = exhibit.design.adapt.then_some(exhibit.design.adapt_similarity);
-    let (adapted, designed) = stoppable(path, &request.stop, || {
-        let report = &mut |step| progress.report(step);
-        let adapted = similarity.map(|similarity| adapt(&request, similarity, report)).transpose()?;
-        let wanted = adapted.as_ref().map_or(&request, |adapted| &adapted.request);
-        let designed = design::design(wanted, report)?;
-        Ok((adapted, designed))
-    })?;
-    let (wanted, given) = match &adapted {
-        Some(adapted) => (&adapted.request, Some(&request)),
-        None => (&request, None),
-    };
-    progress.report(design::Progress::at("looking at random stacks", 0, effort.stacks));
+}
+
+/// Looks at so many random stacks of the design.
+fn look_as_built(
+    request: &DesignRequest,
+    designed: &design::Design,
+    stacks: usize,
+    progress: &mut Progress,
+) -> AsBuilt {
+    progress.report(design::Progress::at("looking at random stacks", 0, stacks));
     let pairs: Vec<LampPair> = designed.views.iter().map(|view| view.emphasis).collect();
-    let errors = HandErrors::expected(wanted);
-    let as_built = built_by_hand(wanted, &designed.volume, &pairs, errors, effort.stacks, SEED);
-    let beside = Beside { given, as_built: Some(&as_built) };
-    Ok(build_folder::write(place, path, &exhibit, wanted, beside, &designed)?)
+    let errors = HandErrors::expected(request);
+    built_by_hand(request, &designed.volume, &pairs, errors, stacks, SEED)
 }

@@ -26,7 +26,9 @@ mod self_test;
 mod serve;
 mod settings;
 mod setup;
+mod slice;
 mod status;
+mod turn;
 mod upload;
 mod view;
 mod watch;
@@ -65,7 +67,9 @@ enum Command {
     New(new::New),
     Check(check::Check),
     Design(design::Design),
+    Slice(slice::Slice),
     View(view::View),
+    Turn(turn::TurnCommand),
     Calibrate(calibrate::Calibrate),
     Materials(materials::Materials),
     Experiment(experiment::Experiment),
@@ -121,7 +125,9 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
         Command::New(command) => command.run(output),
         Command::Check(command) => command.run(output),
         Command::Design(command) => command.run(output),
+        Command::Slice(command) => command.run(output),
         Command::View(command) => command.run(output),
+        Command::Turn(command) => command.run(output),
         Command::Calibrate(command) => command.run(output),
         Command::Materials(command) => command.run(output),
         Command::Experiment(command) => command.run(output),

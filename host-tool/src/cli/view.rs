@@ -160,19 +160,19 @@ fn as_viewed(build: &BuildFolder, id: &str) -> Result<LookRequest, Report> {
     Ok(request)
 }
 
-fn angle(text: &str) -> Result<f64, String> {
+pub(super) fn angle(text: &str) -> Result<f64, String> {
     number(text, -80.0, 80.0)
 }
 
-fn level(text: &str) -> Result<f64, String> {
+pub(super) fn level(text: &str) -> Result<f64, String> {
     number(text, 0.0, 1.0)
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     number(text, 1e-9, 1e9)
 }
 
-fn number(text: &str, least: f64, most: f64) -> Result<f64, String> {
+pub(super) fn number(text: &str, least: f64, most: f64) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| "give a number".to_owned())?;
     if (least..=most).contains(&number) {
         Ok(number)

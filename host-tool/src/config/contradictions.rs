@@ -32,6 +32,12 @@ pub(super) fn find(exhibit: &Exhibit, root: &DeTable<'_>, problems: &mut Problem
     find_in_closed_days(exhibit, &places, problems);
     doses::find(exhibit, &calendar, &moments, &places, problems);
     sights::find(exhibit, &places, problems);
+    if exhibit.object.is_some() && exhibit.design.adapt {
+        let message =
+            "`adapt` changes pictures so that they agree with each other, and knows nothing of the object";
+        let help = "leave `adapt` out where there is an [object]";
+        problems.push(contradiction(places.key("design", "adapt"), message.to_owned(), help));
+    }
 }
 
 /// Where things stand in the file.

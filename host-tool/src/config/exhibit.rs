@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::ink::InkSettings;
+use super::object::ObjectSettings;
 
 /// Everything exhibit.toml says about one exhibit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,6 +18,9 @@ pub struct Exhibit {
     pub viewer: ViewerSettings,
     /// The views, in the order of the file.
     pub views: Vec<ViewSettings>,
+    /// The model that stands in the stack, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub object: Option<ObjectSettings>,
     /// How the volume is computed.
     pub design: DesignSettings,
     /// How the films are printed.
@@ -91,8 +95,8 @@ pub enum FrameSetting {
 pub struct ViewSettings {
     /// The view's name: letters, digits, `-` and `_`, at most 24.
     pub id: String,
-    /// The picture, relative to exhibit.toml.
-    pub pattern: PathBuf,
+    /// The picture, relative to exhibit.toml; `None` for a view of the object alone.
+    pub pattern: Option<PathBuf>,
     /// Angle to the right of the stack's normal.
     pub horizontal_deg: f64,
     /// Angle above the stack's normal.

@@ -7,6 +7,7 @@ use toml::de::{DeTable, DeValue};
 use vitrine_exhibit::plan::calendar::MAX_RULES;
 
 use super::exhibit::Exhibit;
+use super::object::{self, ObjectSettings};
 use super::problem::{ConfigError, Problem, Problems};
 use super::reader::{AskedKey, TableReader};
 use super::{calendar, contradictions, tables, visitors};
@@ -32,10 +33,10 @@ pub fn parse(path: &Path, text: &str) -> Result<Exhibit, ConfigError> {
     if problems.is_empty() {
         let folder = path.parent().unwrap_or(Path::new(""));
         let exhibit = read_root(root.get_ref(), folder, &mut problems);
-        if let Some(exhibit) = exhibit.as_ref().filter(|_| problems.is_empty()) {
-            contradictions::find(exhibit, root.get_ref(), &mut problems);
+        if problems.is_empty() {
+            contradictions::find(&exhibit, root.get_ref(), &mut problems);
         }
-        if let Some(exhibit) = exhibit.filter(|_| problems.is_empty()) {
+        if problems.is_empty() {
             return Ok(exhibit);
         }
     }
@@ -50,6 +51,14 @@ pub(super) fn asked_keys(text: &str) -> Vec<AskedKey> {
     problems.into_asked()
 }
 
+/// The exhibit of an object alone, with every default.
+pub fn object_exhibit(object: ObjectSettings) -> Exhibit {
+    let mut exhibit = read_root(&DeTable::new(), Path::new(""), &mut Problems::default());
+    exhibit.views = object::own_views(exhibit.viewer.distance_mm);
+    exhibit.object = Some(object);
+    exhibit
+}
+
 fn syntax_problem(error: &toml::de::Error) -> Problem {
     Problem::new(
         "vitrine::config::syntax",
@@ -61,7 +70,7 @@ fn syntax_problem(error: &toml::de::Error) -> Problem {
 }
 
 /// Reads every table. The exhibit is only of use where no problem was noted.
-fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Problems) -> Option<Exhibit> {
+fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Problems) -> Exhibit {
     let mut reader = TableReader::new("exhibit.toml", Some(root), 0..0);
     let mut section = |name: &'static str, display: &'static str| section(&mut reader, name, display);
 
@@ -75,6 +84,7 @@ fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Problems) -> Opti
     let presence = section("presence", "[presence]");
     let calendar = section("calendar", "[calendar]");
     let limits = section("limits", "[limits]");
+    let object = section("object", "[object]");
 
     let name = tables::exhibit(exhibit, problems);
     let stack = tables::stack(stack, problems);
@@ -97,23 +107,29 @@ fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Problems) -> Opti
         let help = format!("the controller's plan holds {MAX_RULES}: a rule may name several days");
         reader.report(Problem::new("vitrine::config::too_many_rules", 0..0, message, "", help));
     }
-    let surroundings = tables::Surroundings { folder, stack: &stack, viewer: &viewer, design: &design };
-    let views = tables::views(entries(&mut reader, "view"), surroundings, problems);
-    if views.is_empty() && !root.contains_key("view") {
+    let has_object = root.contains_key("object");
+    let object = if has_object { object::object(object, folder, problems) } else { None };
+    let surroundings =
+        tables::Surroundings { folder, stack: &stack, viewer: &viewer, design: &design, has_object };
+    let mut views = tables::views(entries(&mut reader, "view"), surroundings, problems);
+    if has_object && !root.contains_key("view") {
+        views = object::own_views(viewer.distance_mm);
+    } else if views.is_empty() && !root.contains_key("view") {
         reader.report(Problem::new(
             "vitrine::config::no_view",
             0..0,
             "there is no [[view]]",
             "",
-            "add at least one:\n[[view]]\nid = \"front\"\npattern = \"photo.jpg\"",
+            "add at least one:\n[[view]]\nid = \"front\"\npattern = \"photo.jpg\"\nor an object: [object] with its model",
         ));
     }
     reader.finish(problems);
-    Some(Exhibit {
+    Exhibit {
         name,
         stack,
         viewer,
         views,
+        object,
         design,
         print,
         lamps,
@@ -122,7 +138,7 @@ fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Problems) -> Opti
         schedule,
         calendar,
         limits,
-    })
+    }
 }
 
 /// The reader of one `[table]`, which may be left out.

@@ -1,6 +1,6 @@
 //! Reads exhibit.toml, the one file a user writes.
 //!
-//! Every table but `[[view]]` may be left out, units are in the keys, and all that is wrong is reported at once, each
+//! Every table but `[[view]]` or `[object]` may be left out, units are in the keys, and all that is wrong is reported at once, each
 //! with its place and its remedy.
 
 mod calendar;
@@ -10,6 +10,7 @@ mod hold;
 mod ink;
 mod load;
 mod materials;
+mod object;
 mod plan;
 mod problem;
 mod reader;
@@ -26,12 +27,14 @@ pub use exhibit::{
 };
 pub use hold::Hold;
 pub use ink::{GamutSetting, HalftoneSetting, InkSettings};
-pub use load::{load, parse};
+pub use load::{load, object_exhibit, parse};
+pub use object::{CentreSetting, HiddenSetting, LARGEST_POINT_MM, ObjectSettings, UNIT_MM, parse_colour};
 pub use plan::{PlanPairs, emphasis};
 pub use problem::{ConfigError, Problem};
 pub use reader::closest;
 pub use request::distance;
 pub use schema::schema;
+pub use tables::MOST_VOXELS;
 pub use zone::{ZoneError, time_zone};
 
 #[cfg(test)]

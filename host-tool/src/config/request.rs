@@ -4,8 +4,11 @@ use std::path::Path;
 
 use vitrine_exhibit::units::Lamp;
 
-use super::exhibit::{Exhibit, FrameSetting, LampSetting, MethodSetting, OpticsSetting, ToneSetting};
+use super::exhibit::{
+    Exhibit, FrameSetting, LampSetting, MethodSetting, OpticsSetting, ToneSetting, ViewSettings,
+};
 use crate::design::{DesignRequest, DesignSettings, Method, OpticsModel, Stop, Tone, ViewRequest, lifted};
+use crate::object::{Shown, Sight};
 use crate::optics::Direction;
 use crate::picture::{Picture, PictureError};
 use crate::projection::ViewerDistance;
@@ -44,11 +47,31 @@ impl Exhibit {
         }
     }
 
-    /// Reads the patterns, relative to `folder`, and asks for a design whose inks have `ink_depth`.
+    /// Whether an object is shown without any picture around it.
+    pub fn is_object_alone(&self) -> bool {
+        self.object.is_some() && self.views.iter().all(|view| view.pattern.is_none())
+    }
+
+    /// From where the views look at the stack.
+    pub fn sights(&self) -> Vec<Sight> {
+        let sight = |view: &ViewSettings| Sight {
+            direction: Direction::new(view.horizontal_deg, view.vertical_deg),
+            distance: distance(view.distance_mm),
+        };
+        self.views.iter().map(sight).collect()
+    }
+
+    /// Reads the patterns, relative to `folder`, and asks for a design whose inks have `ink_depth`. Where an `object`
+    /// stands in the stack, the patterns show it, alone or before the pictures.
     ///
     /// # Errors
     /// Fails when a pattern cannot be read whole.
-    pub fn design_request(&self, folder: &Path, ink_depth: InkDepth) -> Result<DesignRequest, PictureError> {
+    pub fn design_request(
+        &self,
+        folder: &Path,
+        ink_depth: InkDepth,
+        object: Option<&Shown>,
+    ) -> Result<DesignRequest, PictureError> {
         let stack = self.film_stack();
         let views = self
             .views
@@ -60,12 +83,21 @@ impl Exhibit {
                     Ok::<_, PictureError>(self.on_the_film(picture, direction))
                 };
                 let mask = view.mask.as_deref().map(read).transpose()?;
+                let picture = match &view.pattern {
+                    Some(pattern) => lifted(&read(pattern)?, self.design.pedestal, self.tone()),
+                    None => Picture::new(stack.width_px, stack.height_px),
+                };
+                let eye = distance(view.distance_mm);
                 Ok(ViewRequest {
                     id: view.id.clone(),
-                    pattern: lifted(&read(&view.pattern)?, self.design.pedestal, self.tone()),
+                    pattern: match object {
+                        None => picture,
+                        Some(object) if self.is_object_alone() => object.alone(direction, eye),
+                        Some(object) => object.before(&picture, direction, eye),
+                    },
                     direction,
                     weight: view.weight,
-                    distance: Some(distance(view.distance_mm)),
+                    distance: Some(eye),
                     mask: mask.map(|mask| grey(&mask)),
                     lamp: view.lamp.map(|lamp| match lamp {
                         LampSetting::Top => Lamp::Top,

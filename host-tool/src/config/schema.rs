@@ -30,7 +30,11 @@ pub fn schema() -> Value {
     let mut properties = Map::new();
     for (name, keys) in tables {
         let list = name.starts_with("[[");
-        let required: &[&str] = if name == "[[view]]" { &["id", "pattern"] } else { &[] };
+        let required: &[&str] = match name.as_str() {
+            "[[view]]" => &["id"],
+            "[object]" => &["model"],
+            _ => &[],
+        };
         let table = json!({
             "type": "object",
             "additionalProperties": false,
@@ -114,6 +118,8 @@ fn special(table: &str, key: &str) -> Value {
         ("[lamps]", "ultraviolet_at_full_w_m2") => {
             json!({ "anyOf": [numbers(2), { "const": "not measured" }] })
         }
+        ("[object]", "unit_mm") => number_or("fit"),
+        ("[object]", "turn_deg") => numbers(3),
         ("[presence]", "expected_h_a_day") => number_or("unknown"),
         ("[calendar]", "closed") => texts,
         ("[[schedule]]", "days") => json!({ "anyOf": [{ "type": "string" }, texts] }),

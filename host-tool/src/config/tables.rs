@@ -19,7 +19,7 @@ use super::{ink, materials};
 use crate::picture::Picture;
 
 /// The most values a volume may have, per colour: 2 GiB as 16-bit RGB.
-const MOST_VOXELS: u64 = 360_000_000;
+pub const MOST_VOXELS: u64 = 360_000_000;
 /// The longest name the plan holds, in bytes.
 const LONGEST_NAME: usize = 48;
 /// The longest view id the plan holds, in bytes.
@@ -217,6 +217,8 @@ pub(super) struct Surroundings<'a> {
     pub(super) stack: &'a StackSettings,
     pub(super) viewer: &'a ViewerSettings,
     pub(super) design: &'a DesignSettings,
+    /// Whether there is something to show without a picture.
+    pub(super) has_object: bool,
 }
 
 /// All `[[view]]` tables.
@@ -274,7 +276,7 @@ fn view(
 ) -> Option<ViewSettings> {
     let id = view_id(&mut reader, seen);
     let pattern = view_picture(&mut reader, "pattern", surroundings.folder);
-    if pattern.is_none() {
+    if pattern.is_none() && !surroundings.has_object {
         report_missing(&mut reader, "pattern", "pattern = \"photo.jpg\"");
     }
     let horizontal_deg = reader.number("horizontal_deg", 0.0, ANGLE);
@@ -284,16 +286,7 @@ fn view(
     let mask = view_picture(&mut reader, "mask", surroundings.folder);
     let lamp = view_lamp(&mut reader, surroundings.design.optics);
     reader.finish(problems);
-    Some(ViewSettings {
-        id: id?,
-        pattern: pattern?,
-        horizontal_deg,
-        vertical_deg,
-        weight,
-        distance_mm,
-        mask,
-        lamp,
-    })
+    Some(ViewSettings { id: id?, pattern, horizontal_deg, vertical_deg, weight, distance_mm, mask, lamp })
 }
 
 /// `lamp = "top"` or `"bottom"`; left out, the view has the pair that shows it best.

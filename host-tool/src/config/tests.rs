@@ -283,3 +283,65 @@ fn ink_keys_are_held_to_what_can_be_printed() {
     assert_eq!((code, covered.as_str()), ("vitrine::ink::unreadable_curves", "\"none.toml\""));
     assert_eq!(problem("[print]\ncurves = \"Cargo.toml\"\n").0, "vitrine::ink::bad_curves");
 }
+
+#[test]
+fn an_object_needs_no_view_and_is_shown_from_three_sides() {
+    let exhibit = read("[object]\nmodel = \"Cargo.toml\"\n").unwrap();
+    assert_eq!(exhibit.views.iter().map(|view| view.horizontal_deg).collect::<Vec<_>>(), [-30.0, 0.0, 30.0]);
+    assert!(exhibit.is_object_alone());
+    let defaults = ObjectSettings { model: "Cargo.toml".into(), ..ObjectSettings::default() };
+    assert_eq!(exhibit.object, Some(defaults));
+    let both = read(&format!(
+        "[object]\nmodel = \"Cargo.toml\"\n{VIEW}[[view]]\nid = \"side\"\nhorizontal_deg = 40\n"
+    ));
+    let both = both.unwrap();
+    assert!(!both.is_object_alone());
+    assert_eq!(both.views[1].pattern, None);
+}
+
+#[test]
+fn the_starters_object_is_the_default_once_uncommented() {
+    let text: String = crate::starter::EXHIBIT_TOML
+        .lines()
+        .skip_while(|line| !line.starts_with("# [object]"))
+        .take_while(|line| line.starts_with("# "))
+        .map(|line| format!("{}\n", &line[2..]))
+        .collect();
+    let exhibit = read(&text.replace("flowers.ply", "Cargo.toml")).unwrap();
+    let defaults = ObjectSettings { model: "Cargo.toml".into(), ..ObjectSettings::default() };
+    assert_eq!(exhibit.object, Some(defaults));
+    let text = "[object]\nmodel = \"Cargo.toml\"\nunit_mm = 10\nturn_deg = [-90, 0, 12.5]\ncentre = \"origin\"\n\
+        colour = \"#ff8000\"\nfilled = true\nhidden = \"remove\"\ndepth_dither = true\npoint_mm = 0.5\n";
+    let object = read(text).unwrap().object.unwrap();
+    assert_eq!(
+        (object.unit_mm, object.turn_deg, object.colour),
+        (Some(10.0), [-90.0, 0.0, 12.5], Some([255, 128, 0]))
+    );
+    assert_eq!((object.centre, object.hidden), (CentreSetting::Origin, HiddenSetting::Remove));
+    assert!(object.filled && object.depth_dither && object.point_mm == 0.5);
+}
+
+#[test]
+fn a_wrong_object_is_told_with_its_place() {
+    let object = |line: &str| {
+        let found = problems(&format!("[object]\nmodel = \"Cargo.toml\"\n{line}\n"));
+        assert_eq!(found.len(), 1, "{line}: {found:?}");
+        (found[0].0, found[0].1.clone())
+    };
+    for (line, code, covered) in [
+        ("unit_mm = 0", "bad_value", "0"),
+        ("unit_mm = \"cm\"", "wrong_type", "\"cm\""),
+        ("turn_deg = [1, 2]", "wrong_type", "[1, 2]"),
+        ("turn_deg = [1, 2, 700]", "bad_value", "[1, 2, 700]"),
+        ("centre = \"top\"", "bad_value", "\"top\""),
+        ("colour = \"#ff80\"", "bad_value", "\"#ff80\""),
+        ("colour = \"#+f8000\"", "bad_value", "\"#+f8000\""),
+        ("points = 3", "unknown_key", "points"),
+        ("[design]\nadapt = true", "contradiction", "true"),
+    ] {
+        let (found, place) = object(line);
+        assert_eq!((found, place.as_str()), (format!("vitrine::config::{code}").as_str(), covered), "{line}");
+    }
+    assert_eq!(problems("[object]\nmodel = \"none.ply\"\n")[0].0, "vitrine::config::bad_model");
+    assert_eq!(problems("[object]\n")[0].0, "vitrine::config::missing_key");
+}

@@ -8,6 +8,7 @@
 use rayon::prelude::*;
 
 use super::emphasis::LampSums;
+use super::fixed::FixedInk;
 use super::least_squares::Effort;
 use super::optimise::{Lighting, design_weights, improve, set_up};
 use super::request::{DesignRequest, OpticsModel, Progress, ViewRequest};
@@ -36,13 +37,18 @@ const SETTLE_ITERATIONS: usize = 16;
 const MOST_STARTS: usize = 16;
 
 /// Solves the request: on small films for the lamps, then on larger and larger ones.
-pub(super) fn solve(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Volume {
-    let search = Stage::new(reduced(request, SEARCH_PIXELS));
+/// Around the `fixed` ink, where there is some.
+pub(super) fn solve(
+    request: &DesignRequest,
+    fixed: Option<&FixedInk>,
+    report: &mut dyn FnMut(Progress),
+) -> Volume {
+    let search = Stage::new(reduced(request, SEARCH_PIXELS), fixed);
     let mut state = search.best(starts(request), report);
     let longer = request.stack.width_px.max(request.stack.height_px);
     let mut pixels = SETTLE_PIXELS;
     while pixels < longer {
-        let stage = Stage::new(reduced(request, pixels));
+        let stage = Stage::new(reduced(request, pixels), fixed);
         state.volume =
             enlarged_volume(&state.volume, stage.request.stack.width_px, stage.request.stack.height_px);
         stage.alternate(&mut state, SETTLE_ROUNDS, SETTLE_ITERATIONS);
@@ -51,11 +57,14 @@ pub(super) fn solve(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -
     }
     let State { volume, lighting, .. } = state;
     let mut volume = enlarged_volume(&volume, request.stack.width_px, request.stack.height_px);
+    if let Some(fixed) = fixed {
+        fixed.put_into(&mut volume);
+    }
     let settings = &request.settings;
     // A gain of x dB lowers the loss by the part 1 - 10^(-x / 10).
     let tolerance = 1.0 - 10f64.powf(-settings.tolerance_db / 10.0);
     let effort = Effort { iterations: settings.iterations, tolerance };
-    improve(request, &set_up(request, &lighting), &request.targets(), &mut volume, effort, report);
+    improve(request, &set_up(request, &lighting, fixed), &request.targets(), &mut volume, effort, report);
     volume
 }
 
@@ -87,6 +96,7 @@ fn starts(request: &DesignRequest) -> Vec<Lighting> {
 /// The problem at one size of films.
 struct Stage {
     request: DesignRequest,
+    fixed: Option<FixedInk>,
     targets: Vec<Picture>,
     rays: Vec<Rays>,
 }
@@ -100,10 +110,11 @@ struct State {
 }
 
 impl Stage {
-    fn new(request: DesignRequest) -> Self {
+    fn new(request: DesignRequest, fixed: Option<&FixedInk>) -> Self {
+        let fixed = fixed.map(|fixed| fixed.reduced(request.stack.width_px, request.stack.height_px));
         let targets = request.targets();
         let rays = (0..request.views.len()).map(|view| request.rays(view)).collect();
-        Self { request, targets, rays }
+        Self { request, fixed, targets, rays }
     }
 
     fn begin(&self, lighting: Lighting) -> State {
@@ -129,11 +140,14 @@ impl Stage {
     /// Improves volume and lighting in turn.
     fn alternate(&self, state: &mut State, rounds: usize, iterations: usize) {
         let effort = Effort { iterations, tolerance: 0.0 };
+        if let Some(fixed) = &self.fixed {
+            fixed.put_into(&mut state.volume);
+        }
         for _ in 0..rounds {
             if self.request.stop.is_asked() {
                 return;
             }
-            let problem = set_up(&self.request, &state.lighting);
+            let problem = set_up(&self.request, &state.lighting, self.fixed.as_ref());
             improve(&self.request, &problem, &self.targets, &mut state.volume, effort, &mut |_| ());
             self.light(state);
         }

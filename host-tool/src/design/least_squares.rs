@@ -20,6 +20,8 @@ mod kernel;
 mod lines;
 mod together;
 
+use std::sync::Arc;
+
 use super::divergence::Divergence;
 use super::stop::Stop;
 use crate::projection::Rays;
@@ -46,6 +48,8 @@ pub(super) struct Problem {
     pub(super) divergence: Divergence,
     /// The strength of the structure loss beside the squared error.
     pub(super) structure: f32,
+    /// Whether each voxel (film, row, column) stays as it is, where any does.
+    pub(super) fixed: Option<Arc<[bool]>>,
     pub(super) width: usize,
     pub(super) height: usize,
     /// Asks the solver to stop.
@@ -97,9 +101,23 @@ impl Problem {
         self.smoothness.len()
     }
 
-    /// Whether some pixels' errors bend more than others'.
-    fn curvature_varies(&self) -> bool {
-        self.divergence.varies() || self.structure > 0.0 || self.views.iter().any(|view| view.mask.is_some())
+    /// Whether some voxels' steps differ from others' of their film.
+    fn steps_vary(&self) -> bool {
+        self.divergence.varies()
+            || self.structure > 0.0
+            || self.fixed.is_some()
+            || self.views.iter().any(|view| view.mask.is_some())
+    }
+
+    /// Turns the sums of a row's curvatures into its steps; what is fixed takes none.
+    #[inline(always)]
+    fn curvatures_to_steps(&self, film: usize, row: usize, line: &mut [f32]) {
+        line.iter_mut().for_each(|value| *value = 1.0 / value.max(LEAST_CURVATURE));
+        if let Some(fixed) = &self.fixed {
+            let start = (film * self.height + row) * self.width;
+            let held = &fixed[start..start + self.width];
+            line.iter_mut().zip(held).filter(|(_, held)| **held).for_each(|(step, _)| *step = 0.0);
+        }
     }
 
     /// Steps of the films where every pixel's curvature is 1.

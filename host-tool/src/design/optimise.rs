@@ -2,6 +2,7 @@
 //! film has to be.
 
 use super::divergence::Divergence;
+use super::fixed::FixedInk;
 use super::least_squares::{Effort, PATIENCE, Problem, SolverView};
 use super::request::{DesignRequest, OpticsModel, Progress, Tone};
 use crate::optics::{LampPair, film_weights, ideal_weights};
@@ -43,7 +44,7 @@ impl Lighting {
 /// share in [`Lighting::whites`]. Films that
 /// are misplaced by sigma pixels along each axis raise the expected error by
 /// `sigma^2 * sum over views of weight_k^2 * |grad V_k|^2`, to second order in sigma: that is the smoothness.
-pub(super) fn set_up(request: &DesignRequest, lighting: &Lighting) -> Problem {
+pub(super) fn set_up(request: &DesignRequest, lighting: &Lighting, fixed: Option<&FixedInk>) -> Problem {
     let settings = &request.settings;
     let stack = &request.stack;
     let views: Vec<SolverView> = request
@@ -80,11 +81,13 @@ pub(super) fn set_up(request: &DesignRequest, lighting: &Lighting) -> Problem {
         None if rows_are_apart && settings.tone == Tone::Code => 0.0,
         None => settings.tone.structure(),
     } as f32;
+    let fixed = fixed.map(FixedInk::voxels);
     Problem {
         views,
         smoothness,
         divergence,
         structure,
+        fixed,
         width: stack.width_px,
         height: stack.height_px,
         stop: request.stop.clone(),

@@ -55,7 +55,7 @@ pub(super) fn averaged(picture: &Picture, width: usize, height: usize) -> Pictur
 }
 
 /// Reduces one plane (row, column) of `from` columns to `width` x `height` means.
-fn averaged_plane(plane: &[f32], from: usize, width: usize, height: usize) -> Vec<f32> {
+pub(super) fn averaged_plane(plane: &[f32], from: usize, width: usize, height: usize) -> Vec<f32> {
     let columns = shares(from, width);
     let rows = shares(plane.len() / from, height);
     let narrow: Vec<f32> = plane

@@ -7,6 +7,8 @@ mod help;
 mod ink;
 mod link;
 mod outlook;
+mod slice;
 mod support;
+mod turn;
 mod view;
 mod wrong_input;

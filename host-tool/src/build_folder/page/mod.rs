@@ -4,6 +4,7 @@ mod chart;
 mod emphasis;
 mod hours;
 mod inputs;
+mod object;
 mod tables;
 mod viewer;
 
@@ -66,6 +67,7 @@ pub(super) fn page(parts: &PageParts<'_>) -> String {
                         h2 id="views" { "Views" }
                         @for (view, pictures) in report.views.iter().zip(parts.pictures) { (view_row(view, pictures)) }
                     }
+                    (object::section(report.object.as_ref()))
                     (tables::quality(report))
                     (tables::lamps(report))
                     (emphasis::section(parts.plan))

@@ -63,7 +63,7 @@ fn page_of(exhibit: &Exhibit, manifest: &Manifest) -> String {
 fn no_name_can_break_out_into_the_page() {
     let exhibit = exhibit(WICKED);
     let mut manifest = Manifest::new(&exhibit, 8);
-    manifest.exhibit.views[0].pattern = WICKED.into();
+    manifest.exhibit.views[0].pattern = Some(WICKED.into());
     manifest.inputs = BTreeMap::from([(WICKED.to_owned(), "00".to_owned())]);
     manifest.outputs = BTreeMap::from([(format!("views/{WICKED}.png"), "00".to_owned())]);
     let page = page_of(&exhibit, &manifest);

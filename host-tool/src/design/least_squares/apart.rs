@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::kernel::{Answers, Pace, RowSteps, step_row};
 use super::lines::{by_film, by_row};
-use super::{Effort, LEAST_CURVATURE, PATIENCE, Problem};
+use super::{Effort, PATIENCE, Problem};
 use crate::simd::vectorised;
 
 /// A row costs so little that it goes on until it gains this part of what would stop rows that move together.
@@ -77,7 +77,7 @@ struct Row<'a> {
 impl<'a> Row<'a> {
     fn new(problem: &'a Problem, targets: &'a [&'a [f32]], film_steps: &'a [f32]) -> Self {
         let pictures = vec![0.0; problem.views.len() * problem.width];
-        let voxels = if problem.curvature_varies() { problem.films() * problem.width } else { 0 };
+        let voxels = if problem.steps_vary() { problem.films() * problem.width } else { 0 };
         Self {
             problem,
             targets,
@@ -108,8 +108,8 @@ impl<'a> Row<'a> {
                 if !state.gains {
                     return;
                 }
-                if self.problem.curvature_varies() {
-                    self.renew_steps();
+                if self.problem.steps_vary() {
+                    self.renew_steps(row);
                 }
             }
             state.pace = state.pace.seeing(loss);
@@ -158,7 +158,7 @@ impl<'a> Row<'a> {
     }
 
     #[inline(always)]
-    fn renew_steps(&mut self) {
+    fn renew_steps(&mut self, row: usize) {
         let width = self.problem.width;
         for (film, line) in self.steps.chunks_exact_mut(width).enumerate() {
             line.fill(0.0);
@@ -166,7 +166,7 @@ impl<'a> Row<'a> {
                 let weight = view.film_weights[film] * view.row_sum();
                 view.rays.back_project_line(film, curvatures, weight, line);
             }
-            line.iter_mut().for_each(|value| *value = 1.0 / value.max(LEAST_CURVATURE));
+            self.problem.curvatures_to_steps(film, row, line);
         }
     }
 }

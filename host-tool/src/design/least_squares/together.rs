@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::kernel::{Answers, Pace, RowSteps, add_smoothness, step_row};
 use super::lines::{by_film, by_row};
-use super::{Effort, LAPLACIAN, LEAST_CURVATURE, PATIENCE, Problem, SolverView};
+use super::{Effort, LAPLACIAN, PATIENCE, Problem, SolverView};
 use crate::design::structure::{Scratch, Structure};
 use crate::simd::vectorised;
 
@@ -84,7 +84,7 @@ impl<'a> Work<'a> {
             problem,
             targets,
             film_steps: problem.film_steps(),
-            steps: vec![0.0; if problem.curvature_varies() { ahead.len() } else { 0 }],
+            steps: vec![0.0; if problem.steps_vary() { ahead.len() } else { 0 }],
             answers: views.map(|(view, target)| ViewAnswer::new(problem, view, target)).collect(),
             scratch: (problem.structure > 0.0)
                 .then(|| Scratch::new(problem.width * problem.height, problem.width)),
@@ -321,6 +321,6 @@ impl Rows<'_> {
             let weight = view.film_weights[film] * view.row_sum();
             view.rays.back_project_row(film, row, &answer.curvatures, weight, steps, &mut self.scratch);
         }
-        steps.iter_mut().for_each(|value| *value = 1.0 / value.max(LEAST_CURVATURE));
+        self.problem.curvatures_to_steps(film, row, steps);
     }
 }

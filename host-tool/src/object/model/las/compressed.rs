@@ -1,0 +1,178 @@
+//! LAZ: the compressed records of a LAS file.
+//!
+//! What the file tells of its compression is looked at before the crate `laz` is: it takes memory for as many chunks and
+//! as long layers as it is told of, and stops in a panic at items that do not belong together.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use las::raw::Header;
+use laz::laszip::LazItemType;
+use laz::{DecompressionSelection, LasZipDecompressor, LazItemRecordBuilder, LazVlr};
+
+use super::Records;
+use crate::object::model::error::{ModelError, Place};
+use crate::object::model::open;
+
+/// Bytes of the head of a variable length record.
+const RECORD_HEAD: u64 = 54;
+/// The most variable length records that are looked through.
+const MOST_RECORDS: u32 = 100_000;
+
+/// Compressed points, one after the other.
+pub(super) struct Compressed {
+    points: LasZipDecompressor<'static, BufReader<File>>,
+}
+
+impl Compressed {
+    /// Opens the points of the file at `path` of `length` bytes.
+    pub(super) fn open(
+        path: &Path,
+        header: &Header,
+        records: &Records,
+        length: u64,
+    ) -> Result<Self, ModelError> {
+        let mut reader = BufReader::new(open(path)?.0);
+        let unreadable = |source| ModelError::Unreadable { path: path.to_owned(), source };
+        let start = u64::from(header.offset_to_point_data);
+        let fail = |at: u64, what: &str| Err(ModelError::damaged(path, Place::Byte(at), what));
+        let Some((at, description)) = description(&mut reader, header, start).map_err(unreadable)? else {
+            return fail(u64::from(header.header_size), "no record tells how the points are compressed");
+        };
+        let Ok(description) = LazVlr::from_buffer(&description) else {
+            return fail(at, "the record that tells how the points are compressed is damaged");
+        };
+        if !is_of_format(&description, records) {
+            return fail(at, "the points are compressed as another format than the header tells");
+        }
+        if !chunks_are_few(&mut reader, start, length).map_err(unreadable)? {
+            return fail(
+                start,
+                "the table of chunks lies beyond the file, or tells of more than it can hold",
+            );
+        }
+        let layers: u64 = description.items().iter().map(|item| layers_of(item.item_type())).sum();
+        if layers > 0 {
+            check_layers(&mut reader, records, layers, start, length).map_err(|at| {
+                ModelError::damaged(path, Place::Byte(at), "a chunk is longer than the file")
+            })?;
+        }
+        reader.seek(SeekFrom::Start(start)).map_err(unreadable)?;
+        let wanted = DecompressionSelection(DecompressionSelection::Z | DecompressionSelection::RGB);
+        match LasZipDecompressor::selective(reader, description, wanted) {
+            Ok(points) => Ok(Self { points }),
+            Err(error) => Err(ModelError::damaged(path, Place::Byte(start), error.to_string())),
+        }
+    }
+
+    /// Decompresses as many records as the block has room for.
+    pub(super) fn fill(&mut self, block: &mut [u8]) -> Result<(), String> {
+        self.points.decompress_many(block).map_err(|error| error.to_string())
+    }
+}
+
+/// Where the record that tells of the compression is, and its bytes.
+fn description(
+    reader: &mut BufReader<File>,
+    header: &Header,
+    points: u64,
+) -> std::io::Result<Option<(u64, Vec<u8>)>> {
+    let mut at = u64::from(header.header_size);
+    for _ in 0..header.number_of_variable_length_records.min(MOST_RECORDS) {
+        reader.seek(SeekFrom::Start(at))?;
+        let mut head = [0; RECORD_HEAD as usize];
+        if at >= points || reader.read_exact(&mut head).is_err() {
+            return Ok(None);
+        }
+        let (user, number) = (&head[2..18], u16::from_le_bytes([head[18], head[19]]));
+        let length = u16::from_le_bytes([head[20], head[21]]);
+        at += RECORD_HEAD;
+        if user.starts_with(LazVlr::USER_ID.as_bytes()) && number == LazVlr::RECORD_ID {
+            let mut bytes = vec![0; usize::from(length)];
+            return Ok(reader.read_exact(&mut bytes).is_ok().then_some((at, bytes)));
+        }
+        at += u64::from(length);
+    }
+    Ok(None)
+}
+
+/// Whether the items that are compressed are those of the records' format.
+fn is_of_format(description: &LazVlr, records: &Records) -> bool {
+    let extra = records.bytes as u64 - u64::from(super::FORMATS[usize::from(records.format)].0);
+    let Ok(extra) = u16::try_from(extra) else { return false };
+    let Ok(wanted) = LazItemRecordBuilder::default_for_point_format_id(records.format, extra) else {
+        return false;
+    };
+    let items = description.items();
+    let versions_agree = items.iter().all(|item| (item.version() > 2) == (layers_of(item.item_type()) > 0));
+    items.len() == wanted.len()
+        && versions_agree
+        && items
+            .iter()
+            .zip(&wanted)
+            .all(|(item, wanted)| item.item_type() == wanted.item_type() && item.size() == wanted.size())
+}
+
+/// Whether the table of chunks is within the file and has no more chunks than fit into it, if there is a table.
+fn chunks_are_few(reader: &mut BufReader<File>, start: u64, length: u64) -> std::io::Result<bool> {
+    let mut number = [0; 8];
+    reader.seek(SeekFrom::Start(start))?;
+    if reader.read_exact(&mut number).is_err() {
+        return Ok(false);
+    }
+    let mut table = i64::from_le_bytes(number);
+    if table <= start as i64 {
+        // The table's place then stands at the end.
+        reader.seek(SeekFrom::End(-8))?;
+        reader.read_exact(&mut number)?;
+        table = i64::from_le_bytes(number);
+    }
+    let Some(table) = u64::try_from(table).ok().filter(|table| table.saturating_add(8) <= length) else {
+        return Ok(false);
+    };
+    reader.seek(SeekFrom::Start(table))?;
+    reader.read_exact(&mut number)?;
+    let [_, _, _, _, count @ ..] = number;
+    // Each chunk begins with a whole record, of 20 bytes at least.
+    Ok(u64::from(u32::from_le_bytes(count)) <= length / 20)
+}
+
+/// Layers into which an item is compressed; none by the older, pointwise compression.
+fn layers_of(item: LazItemType) -> u64 {
+    match item {
+        LazItemType::Point14 => 9,
+        LazItemType::RGB14 | LazItemType::WavePacket14 => 1,
+        LazItemType::RGBNIR14 => 2,
+        LazItemType::Byte14(bytes) => u64::from(bytes),
+        _ => 0,
+    }
+}
+
+/// Holds the lengths of all chunks' layers against the file's; tells where one is too long.
+fn check_layers(
+    reader: &mut BufReader<File>,
+    records: &Records,
+    layers: u64,
+    start: u64,
+    length: u64,
+) -> Result<(), u64> {
+    let mut at = start + 8;
+    let mut points = 0;
+    while points < records.count {
+        // A whole record, the number of points, and the lengths.
+        let head_at = at + records.bytes as u64;
+        let mut head = vec![0; 4 + 4 * layers as usize];
+        if reader.seek(SeekFrom::Start(head_at)).is_err() || reader.read_exact(&mut head).is_err() {
+            return Err(at);
+        }
+        let mut numbers = head.as_chunks().0.iter().map(|four| u64::from(u32::from_le_bytes(*four)));
+        points += numbers.next().filter(|points| *points > 0).ok_or(at)?;
+        let end = head_at + head.len() as u64 + numbers.sum::<u64>();
+        if end > length {
+            return Err(at);
+        }
+        at = end;
+    }
+    Ok(())
+}

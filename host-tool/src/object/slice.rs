@@ -1,0 +1,250 @@
+//! From a model in a file to films.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use serde::{Deserialize, Serialize};
+
+use crate::build_folder::portable_name;
+use crate::config::{HiddenSetting, ObjectSettings};
+use crate::stack::Stack;
+
+use super::hidden::{self, Sight};
+use super::layers::{Layers, Tally};
+use super::model::{Model, ModelError};
+use super::placement::Placement;
+use super::shape::{Box3, Point, Sink, Triangle};
+use super::texture::Texture;
+
+/// A model in the films.
+pub struct Sliced {
+    /// The films.
+    pub layers: Layers,
+    /// What became of the model.
+    pub report: ObjectReport,
+    /// The files that were read.
+    pub files: Vec<PathBuf>,
+}
+
+/// What became of a model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ObjectReport {
+    /// The model, relative to exhibit.toml.
+    pub model: String,
+    /// Millimetres that one unit of the model stands for.
+    pub unit_mm: f64,
+    /// Width, height and depth of the turned model in mm; none where that did not matter.
+    pub size_mm: Option<[f64; 3]>,
+    /// What became of its points and triangles.
+    #[serde(flatten)]
+    pub tally: Tally,
+    /// Voxels with ink: several points in one voxel are one.
+    pub voxels: u64,
+    /// Voxels that were taken away because no view sees them.
+    pub hidden_voxels: u64,
+    /// Points that went to each film, film 1 first.
+    pub points_of_films: Vec<u64>,
+    /// What was guessed or mended.
+    pub notes: Vec<String>,
+}
+
+impl ObjectReport {
+    /// What became of the model, as lines to read.
+    pub fn summary(&self) -> String {
+        let hidden = match self.hidden_voxels {
+            0 => String::new(),
+            hidden => format!(", {hidden} hidden ones taken away"),
+        };
+        let voxels =
+            format!("{:<16} {}; {} voxels with ink{hidden}", self.model, self.tally.in_words(), self.voxels);
+        std::iter::once(&voxels).chain(&self.notes).cloned().collect::<Vec<_>>().join("\n")
+    }
+}
+
+/// Lays the model at `path` into the films of `stack`, which is looked at from `sights`.
+///
+/// # Errors
+/// Fails when the model cannot be read, or when nothing of it lies on the films.
+pub fn slice(
+    path: &Path,
+    settings: &ObjectSettings,
+    stack: &Stack,
+    sights: &[Sight],
+) -> Result<Sliced, ModelError> {
+    let model = Model::open(path)?;
+    let mut turned = Box3::EMPTY;
+    if Placement::needs_box(settings) {
+        let around = Around::new(settings);
+        model.read(&around)?;
+        turned = around.found();
+        if turned.is_empty() {
+            return Err(ModelError::Empty {
+                path: path.to_owned(),
+                why: "there is no point with finite coordinates in it".to_owned(),
+                help: "look at the model in another program, and export it again",
+            });
+        }
+    }
+    let placement = Placement::new(settings, &turned, stack);
+    let layers = Layers::new(stack, placement, settings);
+    let mut notes = model.read(&layers)?;
+    let tally = layers.tally();
+    let open_columns = layers.fill();
+    if open_columns > 0 {
+        notes.push(format!(
+            "the mesh is not closed in {open_columns} of {} columns of voxels: nothing is filled there",
+            stack.film_len()
+        ));
+    }
+    let hidden_voxels = match settings.hidden {
+        HiddenSetting::Keep => 0,
+        HiddenSetting::Remove => hidden::remove(&layers, stack, sights),
+    };
+    let voxels = layers.voxels_taken();
+    if voxels == 0 {
+        return Err(ModelError::Empty {
+            path: path.to_owned(),
+            why: tally.in_words(),
+            help: "let `unit_mm` be \"fit\" and `centre` be \"box\" in [object]: the model then fills the stack",
+        });
+    }
+    if settings.colour.is_some() {
+        notes.retain(|note| !note.contains("colours"));
+    }
+    let size_mm = (!turned.is_empty()).then(|| turned.size().map(|size| size * placement.unit_mm));
+    let report = ObjectReport {
+        model: portable_name(&settings.model),
+        unit_mm: placement.unit_mm,
+        size_mm,
+        tally,
+        voxels,
+        hidden_voxels,
+        points_of_films: layers.points_of_films(),
+        notes,
+    };
+    Ok(Sliced { layers, report, files: model.files() })
+}
+
+/// The box around a turned model.
+struct Around {
+    turn: Placement,
+    found: Mutex<Box3>,
+}
+
+impl Around {
+    fn new(settings: &ObjectSettings) -> Self {
+        Self { turn: Placement::turned(settings.turn_deg), found: Mutex::new(Box3::EMPTY) }
+    }
+
+    fn hold(&self, positions: impl Iterator<Item = [f64; 3]>) {
+        let mut around = Box3::EMPTY;
+        positions.for_each(|position| around.hold(self.turn.place(position)));
+        let mut found = self.found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        *found = found.with(around);
+    }
+
+    fn found(self) -> Box3 {
+        self.found.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+impl Sink for Around {
+    fn points(&self, points: &[Point]) {
+        self.hold(points.iter().map(|point| point.position));
+    }
+
+    fn triangles(&self, triangles: &[Triangle], _: Option<&Texture>) {
+        self.hold(triangles.iter().flatten().map(|corner| corner.position));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::CentreSetting;
+    use crate::optics::Direction;
+    use crate::projection::ViewerDistance;
+
+    /// 8 films of 16 x 16 pixels of 1 mm, 1 mm apart.
+    fn stack() -> Stack {
+        Stack {
+            films: 8,
+            width_px: 16,
+            height_px: 16,
+            width_mm: 16.0,
+            film_mm: 0.5,
+            spacer_mm: 0.5,
+            ..Stack::default()
+        }
+    }
+
+    fn in_mm() -> ObjectSettings {
+        ObjectSettings { unit_mm: Some(1.0), centre: CentreSetting::Origin, ..ObjectSettings::default() }
+    }
+
+    fn sliced(name: &str, text: &str, settings: &ObjectSettings, degrees: &[f64]) -> Sliced {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        let sight = |degrees: &f64| Sight {
+            direction: Direction::new(*degrees, 0.0),
+            distance: ViewerDistance::Parallel,
+        };
+        slice(&path, settings, &stack(), &degrees.iter().map(sight).collect::<Vec<_>>()).unwrap()
+    }
+
+    /// A closed cube of 6 mm about the middle, red in front.
+    const CUBE: &str = "v -3 -3 -3\nv 3 -3 -3\nv 3 3 -3\nv -3 3 -3\nv -3 -3 3 1 0 0\nv 3 -3 3 1 0 0\nv 3 3 3 1 0 0\n\
+        v -3 3 3 1 0 0\nf 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 4 3 7 8\nf 1 4 8 5\nf 2 3 7 6\n";
+
+    #[test]
+    fn a_filled_cube_has_ink_inside_and_an_open_one_says_where_not() {
+        let filled = ObjectSettings { filled: true, ..in_mm() };
+        let hollow = sliced("a.obj", CUBE, &in_mm(), &[]).report;
+        let solid = sliced("a.obj", CUBE, &filled, &[]);
+        assert_eq!(solid.report.tally.triangles, 12);
+        assert!(solid.report.notes.is_empty(), "{:?}", solid.report.notes);
+        // The surface takes voxels 5 and 11 along each axis, the inside has those between.
+        assert_eq!((hollow.voxels, solid.report.voxels), (7 * 7 * 7 - 5 * 5 * 5, 7 * 7 * 7));
+        let at = |film: usize, row: usize, column: usize| (film * 16 + row) * 16 + column;
+        assert!(solid.layers.occupied()[at(4, 8, 8)]);
+        let ink = solid.layers.volume(crate::design::Tone::Code);
+        assert_eq!(ink.film_rgb8(4)[3 * (8 * 16 + 8)..][..3], [255, 0, 0]);
+        let open = CUBE.replace("f 5 6 7 8\n", "");
+        let open = sliced("a.obj", &open, &filled, &[]).report;
+        assert!(open.notes[0].contains("not closed in 36 of 256 columns"), "{:?}", open.notes);
+    }
+
+    #[test]
+    fn what_no_view_sees_is_taken_away() {
+        // A wall of points on the top film, and one point 3 mm behind its middle.
+        let place = |at: u8| f64::from(at) - 2.5;
+        let wall: String = (0..49).map(|at| format!("{} {} 3.5\n", place(at % 7), place(at / 7))).collect();
+        let text = format!("{wall}0.5 0.5 0.5\n");
+        let removed = |degrees: &[f64]| {
+            let settings = ObjectSettings { hidden: HiddenSetting::Remove, ..in_mm() };
+            sliced("a.xyz", &text, &settings, degrees).report.hidden_voxels
+        };
+        assert_eq!(removed(&[0.0]), 1);
+        assert_eq!(removed(&[30.0, -30.0]), 1);
+        // From so far to the side one looks past the wall's edge.
+        assert_eq!(removed(&[0.0, 60.0]), 0);
+        assert_eq!(sliced("a.xyz", &text, &in_mm(), &[0.0]).report.hidden_voxels, 0);
+    }
+
+    #[test]
+    fn what_a_model_is_cut_of_is_told() {
+        let moved = ObjectSettings { unit_mm: Some(2.0), ..in_mm() };
+        let report = sliced("a.obj", CUBE, &moved, &[]).report;
+        // Twice as large it is 12 mm: too deep, so that front and back lie outside and the sides are cut.
+        let tally = report.tally;
+        assert_eq!((tally.triangles, tally.triangles_outside, tally.triangles_cut), (12, 4, 8));
+        assert_eq!(
+            tally.in_words(),
+            "of 12 triangles 8 on films, 8 of them cut at the stack's faces, 4 outside"
+        );
+        let fitted = sliced("a.obj", CUBE, &ObjectSettings::default(), &[]).report;
+        assert_eq!(fitted.tally.triangles_cut, 0);
+        assert!(fitted.size_mm.unwrap().iter().all(|size| (size - 8.0).abs() < 1e-4));
+    }
+}
