@@ -36,6 +36,9 @@ struct Pin {
 const FLASH_BASE: u32 = 0x1000_0000;
 const FLASH_BYTES: u32 = 2 * 1024 * 1024;
 const ERASE_BYTES: u32 = 4096;
+const BOOTLOADER_BYTES: u32 = 56 * 1024;
+/// An image's header lies before what the linker places.
+const HEADER_BYTES: u32 = 256;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let root = env::var("CARGO_MANIFEST_DIR")?;
@@ -49,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let board: Board = toml::from_str(&fs::read_to_string(&pins)?)?;
     fs::write(Path::new(&out).join("pins.rs"), pin_table(&board)?)?;
     let script = fs::read_to_string(&memory)?;
-    fs::write(Path::new(&out).join("flash_map.rs"), flash_map(&script)?)?;
+    fs::write(Path::new(&out).join("flash_map.rs"), flash_map(&script, is_rp2350)?)?;
 
     // The linker script is copied so that nothing but it is found in the search folder.
     fs::write(Path::new(&out).join("memory.x"), script)?;
@@ -99,16 +102,26 @@ fn camel(name: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-fn flash_map(script: &str) -> Result<String, Box<dyn Error>> {
+fn flash_map(script: &str, is_rp2350: bool) -> Result<String, Box<dyn Error>> {
     let mut text = String::new();
-    let mut end_of_last = FLASH_BASE + 1024 * 1024;
-    for name in ["PLAN", "SETTINGS", "LEDGER", "CLOCK", "LOG"] {
+    // The Pico 2 has no boot loader, and its image lies where the Pico has all that belongs to updates.
+    let (mut end_of_last, images): (u32, &[&str]) = if is_rp2350 {
+        (FLASH_BASE + 1024 * 1024, &[])
+    } else {
+        (FLASH_BASE + BOOTLOADER_BYTES, &["PROGRESS", "ACTIVE", "NEW", "OLD"])
+    };
+    for name in images.iter().chain(&["PLAN", "SETTINGS", "LEDGER", "CLOCK", "LOG"]) {
         let (origin, length) = region(script, name)?;
         if origin < end_of_last {
             return Err(format!("memory.x: {name} overlaps what lies before it").into());
         }
         if origin % ERASE_BYTES != 0 || length % ERASE_BYTES != 0 {
             return Err(format!("memory.x: {name} does not lie on whole erase sectors").into());
+        }
+        if *name == "ACTIVE"
+            && !script.contains(&format!("FLASH    : ORIGIN = {:#x},", origin + HEADER_BYTES))
+        {
+            return Err("memory.x: FLASH does not begin behind the header of the ACTIVE image".into());
         }
         end_of_last = origin + length;
         let start = origin - FLASH_BASE;

@@ -9,6 +9,7 @@ pub mod controller;
 pub mod demo;
 pub mod design;
 pub mod experiment;
+pub mod firmware;
 pub mod ink;
 pub mod link;
 pub mod material;

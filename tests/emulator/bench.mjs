@@ -1,6 +1,6 @@
 // The bench: an emulated board behind a line protocol. One JSON object a line goes in and one comes out.
 //
-//   node bench.mjs IMAGE.elf
+//   node bench.mjs IMAGE.elf [BOOTLOADER.elf]
 //
 // In: {"op": "run", "ns": 1000000, ...}. Out: {"now": ..., ...} or {"error": "..."}. All times are simulated nanoseconds.
 
@@ -9,7 +9,8 @@ import readline from 'node:readline';
 import { Board } from './board.mjs';
 import { Elf } from './elf.mjs';
 
-const board = new Board(new Elf(fs.readFileSync(process.argv[2])));
+const [image, bootloader] = process.argv.slice(2).map((path) => new Elf(fs.readFileSync(path)));
+const board = new Board(image, bootloader);
 const hex = (bytes) => Buffer.from(bytes).toString('hex');
 const unhex = (text) => Buffer.from(text, 'hex');
 
@@ -40,6 +41,7 @@ const operations = {
   log: () => ({ bytes: hex(board.logged.splice(0)) }),
   stack: () => board.stackPeak(),
   flash: ({ start, length }) => ({ bytes: hex(board.flash.bytes.subarray(start, start + length)) }),
+  flash_write: ({ start, bytes }) => void board.flash.bytes.set(unhex(bytes), start),
   flash_steps: () => ({ steps: board.flash.steps, log: board.flash.log.splice(0) }),
   flash_save: () => void (saved = board.flash.bytes.slice()),
   flash_restore: () => void board.flash.bytes.set(saved),

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use defmt_decoder::{DecodeError, Table};
 use serde_json::{Value, json};
+use vitrine_storage::map::ACTIVE_IMAGE;
 
 use crate::signals::Edge;
 
@@ -22,7 +23,7 @@ pub(crate) const MILLISECOND: u64 = 1_000_000;
 pub(crate) const SECOND: u64 = 1_000_000_000;
 
 /// No command of the real tool may take longer than this in real time.
-const COMMAND_TIMEOUT: Duration = Duration::from_secs(120);
+const COMMAND_TIMEOUT: Duration = Duration::from_secs(300);
 
 /// A board on the bench, with 24 V, warm lamp boards, a closed interlock and no sensors on its bus.
 pub(crate) struct Bench {
@@ -50,8 +51,18 @@ impl Bench {
     }
 
     pub(crate) fn with_image(name: &str) -> Self {
-        let image = workspace().join("target/firmware").join(name);
-        assert!(image.is_file(), "no image at {}: run firmware/build.sh", image.display());
+        Self::with(name, None)
+    }
+
+    /// Puts the boot loader on the bench, with this signed image in the active place.
+    pub(crate) fn with_bootloader(signed: &[u8]) -> Self {
+        let mut bench = Self::with("vitrine-pico.elf", Some(built("vitrine-bootloader.elf")));
+        bench.flash_write(ACTIVE_IMAGE, signed);
+        bench
+    }
+
+    fn with(name: &str, bootloader: Option<PathBuf>) -> Self {
+        let image = built(name);
         let here = workspace().join("tests/emulator");
         assert!(
             here.join("node_modules/rp2040js").is_dir(),
@@ -61,6 +72,7 @@ impl Bench {
         let mut process = Command::new("node")
             .arg(here.join("bench.mjs"))
             .arg(&image)
+            .args(bootloader)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
@@ -72,6 +84,11 @@ impl Bench {
         bench.pin(INTERLOCK_B, false);
         bench.analog(2, supply_reading(24_000));
         bench
+    }
+
+    /// Writes flash as a programmer would.
+    pub(crate) fn flash_write(&mut self, start: u32, bytes: &[u8]) {
+        self.call(json!({"op": "flash_write", "start": start, "bytes": hex(bytes)}));
     }
 
     /// Does one operation of the line protocol (bench.mjs).
@@ -237,6 +254,18 @@ impl Bench {
 
     /// Runs the real `vitrine` with these arguments while the board lives on; gives what it printed.
     pub(crate) fn vitrine(&mut self, arguments: &[&str]) -> String {
+        let (succeeded, stdout, stderr) = self.vitrine_meanwhile(arguments, |_| {});
+        assert!(succeeded, "vitrine {arguments:?} failed:\n{stdout}{stderr}");
+        stdout
+    }
+
+    /// The same, whether it succeeds or not, with something done again and again meanwhile; gives what it printed to both
+    /// streams.
+    pub(crate) fn vitrine_meanwhile(
+        &mut self,
+        arguments: &[&str],
+        mut meanwhile: impl FnMut(&mut Self),
+    ) -> (bool, String, String) {
         let mut command = Command::new(vitrine_command())
             .args(arguments)
             .stdin(Stdio::null())
@@ -251,12 +280,12 @@ impl Bench {
                 panic!("vitrine {arguments:?} did not end");
             }
             self.run(10 * MILLISECOND);
+            meanwhile(self);
         }
         let output = command.wait_with_output().expect("the command's output");
         let (stdout, stderr) =
             (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-        assert!(output.status.success(), "vitrine {arguments:?} failed:\n{stdout}{stderr}");
-        stdout.into_owned()
+        (output.status.success(), stdout.into_owned(), stderr.into_owned())
     }
 }
 
@@ -274,6 +303,13 @@ pub(crate) fn supply_reading(millivolts: u32) -> u16 {
 
 pub(crate) fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace").to_owned()
+}
+
+/// What firmware/build.sh has left.
+pub(crate) fn built(name: &str) -> PathBuf {
+    let image = workspace().join("target/firmware").join(name);
+    assert!(image.is_file(), "no image at {}: run firmware/build.sh", image.display());
+    image
 }
 
 /// The command built beside these tests.

@@ -49,10 +49,15 @@ class XipControl extends BasePeripheral {
   writeUint32Atomic() {}
 }
 
+// Where the boot loader's vector table lies, to which the chip comes after the second stage.
+const BOOT_LOADER = 0x10000100;
+
 export class Board {
-  constructor(elf) {
-    this.elf = elf;
+  // With a boot loader, what the flash holds beside it is the test's business; without one, the firmware is started directly.
+  constructor(elf, bootloader = null) {
+    this.written = bootloader ?? elf;
     this.symbols = elf.symbols();
+    this.table = bootloader ? BOOT_LOADER : this.symbols.get('__vector_table');
     this.flash = new FlashChip();
     this.devices = new Devices();
     this.usb = new UsbHost();
@@ -74,7 +79,7 @@ export class Board {
   }
 
   powerOn() {
-    for (const segment of this.elf.flashSegments()) this.flash.bytes.set(segment.bytes, segment.offset);
+    for (const segment of this.written.flashSegments()) this.flash.bytes.set(segment.bytes, segment.offset);
     this.start(null);
   }
 
@@ -114,9 +119,9 @@ export class Board {
     }
     this.mcu = mcu;
     this.attach(mcu);
-    mcu.core.VTOR = 0x10000100;
-    mcu.core.SP = mcu.readUint32(0x10000100);
-    mcu.core.PC = mcu.readUint32(0x10000104) & ~1;
+    mcu.core.VTOR = this.table;
+    mcu.core.SP = mcu.readUint32(this.table);
+    mcu.core.PC = mcu.readUint32(this.table + 4) & ~1;
   }
 
   attach(mcu) {

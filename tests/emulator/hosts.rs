@@ -106,7 +106,7 @@ impl Host {
     }
 
     /// Asks again as long as the board says when.
-    fn patiently(&mut self, bench: &mut Bench, request: &Request) -> Option<Response> {
+    pub(crate) fn patiently(&mut self, bench: &mut Bench, request: &Request) -> Option<Response> {
         for _ in 0..200 {
             match self.try_ask(bench, request)? {
                 Ok(response) => return Some(response),

@@ -22,3 +22,4 @@ mod radar;
 mod room;
 mod signals;
 mod trace;
+mod update;

@@ -20,7 +20,7 @@ const MAGIC: [u8; 8] = *b"VITRINE1";
 /// | 16 | 24 | its version, as in `0.1.0`, filled up with zeros |
 /// | 40 | 4 | the address that it is linked to, where its vector table lies |
 /// | 44 | 4 | its length behind the header, in bytes |
-/// | 48 | 32 | SHA-256 of it |
+/// | 48 | 32 | BLAKE3 of it |
 /// | 80 | 8 | the first bytes of the public key, to tell another key from damage |
 /// | 88 | 104 | zeros |
 /// | 192 | 64 | Ed25519 signature (RFC 8032) of all before it |
@@ -34,7 +34,7 @@ pub struct Header {
     pub address: u32,
     /// Its length behind the header, in bytes.
     pub length: u32,
-    /// SHA-256 of it.
+    /// BLAKE3 of it.
     pub digest: Digest,
     /// The first bytes of the public key whose secret key has signed it.
     pub key: [u8; 8],

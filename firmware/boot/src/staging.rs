@@ -7,19 +7,22 @@ use vitrine_storage::map::SECTOR_BYTES;
 use vitrine_storage::{CRC, Error};
 
 use crate::header::{HEADER_BYTES, Header};
-use crate::image::{Key, Layout, verify};
+use crate::image::{Key, Layout};
 use crate::progress::{progress, store_progress};
 
 /// What is compared at once when a write is read back.
 const READ_BYTES: usize = 64;
 
-/// An image being written to the new place.
+/// An image being written to the new place. Whatever is hashed has been read back from flash just before: verifying the whole
+/// at its end would stop the tasks of a running firmware for too long.
 #[derive(Clone)]
 pub struct Staging {
     layout: Layout,
     length: u32,
     written: u32,
-    digest: CrcDigest<'static, u32>,
+    crc: CrcDigest<'static, u32>,
+    header: [u8; HEADER_BYTES as usize],
+    digest: blake3::Hasher,
 }
 
 impl core::fmt::Debug for Staging {
@@ -47,7 +50,14 @@ impl Staging {
         if progress(flash, layout)? == Progress::Wanted {
             store_progress(flash, layout, Progress::Settled(Outcome::NoUpdate))?;
         }
-        Ok(Self { layout: *layout, length, written: 0, digest: CRC.digest() })
+        Ok(Self {
+            layout: *layout,
+            length,
+            written: 0,
+            crc: CRC.digest(),
+            header: [0; HEADER_BYTES as usize],
+            digest: blake3::Hasher::new(),
+        })
     }
 
     /// How many bytes are written.
@@ -84,17 +94,23 @@ impl Staging {
             }
             at += part.len() as u32;
         }
-        self.digest.update(bytes);
+        self.crc.update(bytes);
+        let of_header = (HEADER_BYTES.saturating_sub(self.written) as usize).min(bytes.len());
+        let (front, image) = bytes.split_at(of_header);
+        for (place, byte) in self.header.iter_mut().skip(self.written as usize).zip(front) {
+            *place = *byte;
+        }
+        self.digest.update(image);
         self.written = end;
         Ok(())
     }
 
     /// The CRC-32 of what is written.
     pub fn crc(&self) -> u32 {
-        self.digest.clone().finalize()
+        self.crc.clone().finalize()
     }
 
-    /// Verifies the image where it lies, and has the next start install it.
+    /// Verifies the image, and has the next start install it.
     ///
     /// # Errors
     /// The image is incomplete, or the flash failed. Within: why it is no image to install.
@@ -106,14 +122,20 @@ impl Staging {
         if self.written < self.length {
             return Err(Error::Incomplete { written: self.written });
         }
-        let verified = verify(flash, &self.layout, self.layout.new, key)?
-            // What lies behind the image would not be signed.
-            .and_then(|header| {
-                if HEADER_BYTES + header.length == self.length { Ok(header) } else { Err(ImageFault::Length) }
-            });
+        let verified = self.verify(key);
         if verified.is_ok() {
             store_progress(flash, &self.layout, Progress::Wanted)?;
         }
         Ok(verified)
+    }
+
+    fn verify(&self, key: &impl Key) -> Result<Header, ImageFault> {
+        let header = self.layout.vouch(&self.header, key)?;
+        // What lies behind the image would not be signed.
+        if HEADER_BYTES + header.length != self.length {
+            return Err(ImageFault::Length);
+        }
+        let is_whole = *self.digest.finalize().as_bytes() == header.digest;
+        if is_whole { Ok(header) } else { Err(ImageFault::Damaged) }
     }
 }

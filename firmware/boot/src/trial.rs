@@ -20,6 +20,11 @@ pub struct Health {
     pub all_checked_in: bool,
 }
 
+/// Whether the lamp supply is within its bounds.
+pub fn is_supplied(supply: Option<Millivolts>) -> bool {
+    supply.is_some_and(|supply| (SUPPLY_LEAST..=SUPPLY_MOST).contains(&supply))
+}
+
 /// What is to be done about an image on trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
@@ -34,10 +39,9 @@ pub enum Verdict {
 impl Health {
     /// Judges an image that has run for so long.
     pub fn judge(self, uptime: Milliseconds) -> Verdict {
-        let supplied = self.supply.is_some_and(|supply| (SUPPLY_LEAST..=SUPPLY_MOST).contains(&supply));
         if uptime >= LONGEST {
             Verdict::GoBack
-        } else if uptime >= SHORTEST && self.dark && supplied && self.all_checked_in {
+        } else if uptime >= SHORTEST && self.dark && is_supplied(self.supply) && self.all_checked_in {
             Verdict::Confirm
         } else {
             Verdict::Wait

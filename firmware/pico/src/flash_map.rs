@@ -13,3 +13,10 @@ const _: () = {
     assert!(LOG.start == map::LOG.start() && LOG.end == map::LOG.end());
     assert!(FLASH_BYTES == map::FLASH_BYTES as usize);
 };
+
+#[cfg(feature = "rp2040")]
+const _: () = {
+    assert!(PROGRESS.end == map::PROGRESS.end() && ACTIVE.start == map::ACTIVE_IMAGE);
+    assert!(NEW.start == map::NEW_IMAGE && OLD.start == map::OLD_IMAGE);
+    assert!(ACTIVE.end == NEW.start && NEW.end == OLD.start && OLD.end == map::IMAGE_END);
+};

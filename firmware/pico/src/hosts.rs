@@ -4,6 +4,7 @@ use heapless::Vec;
 use vitrine_exhibit::inputs::Request;
 use vitrine_exhibit::settings::Settings;
 use vitrine_exhibit::units::UtcSeconds;
+use vitrine_protocol::firmware::FirmwareState;
 use vitrine_protocol::message::{LogPage, MAX_LOG_ENTRIES};
 use vitrine_protocol::server::Controller;
 use vitrine_protocol::status::{ClockState, Status};
@@ -19,7 +20,7 @@ impl Controller for Store {
             version: VERSION,
             fingerprint: FINGERPRINT,
             serial_number: self.serial_number.clone(),
-            firmware: heapless::String::try_from(env!("CARGO_PKG_VERSION")).unwrap_or_default(),
+            firmware: self.updates.state().version,
             name: self.plans.name(),
         }
     }
@@ -89,6 +90,27 @@ impl Controller for Store {
 
     fn read_live(&mut self, from: Option<u16>, part: &mut [u8]) -> Result<(u16, usize), Refusal> {
         Ok(live::read(from, part))
+    }
+
+    fn firmware(&mut self) -> FirmwareState {
+        self.updates.state()
+    }
+
+    fn begin_update(&mut self, length: u32) -> Result<(), Refusal> {
+        self.updates.begin(&mut self.chip, length)
+    }
+
+    fn append_update(&mut self, bytes: &[u8]) -> Result<(), Refusal> {
+        self.updates.append(&mut self.chip, bytes)
+    }
+
+    fn commit_update(&mut self, crc: u32) -> Result<(), Refusal> {
+        self.updates.commit(&mut self.chip, crc)
+    }
+
+    fn restart(&mut self) -> Result<(), Refusal> {
+        self.updates.restart();
+        Ok(())
     }
 
     fn read_log(&mut self, from: u32) -> Result<LogPage, Refusal> {

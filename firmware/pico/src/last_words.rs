@@ -21,6 +21,9 @@ const NOTE_BYTES: usize = 192;
 /// Marks a note, besides its checksum.
 const MAGIC: u32 = 0x6c61_7374;
 
+/// In the watchdog's first scratch register: the reset was meant. The boot ROM uses only the last four.
+const MEANT: u32 = 0x6d65_616e;
+
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct Note {
@@ -101,6 +104,23 @@ impl Write for Clipped {
 /// Ends the program for a reason of its own: dark, note, reset.
 pub(crate) fn end(reason: &str) -> ! {
     end_with(ProgramEnd::Panic, 0, |note| note.write_str(reason))
+}
+
+/// Starts the program anew because it is meant to: dark and at once. The next start does not take it for a fault.
+pub(crate) fn restart() -> ! {
+    darkness::darken();
+    cortex_m::interrupt::disable();
+    // The state's owner may have lit the lamps between the two.
+    darkness::darken();
+    pac::WATCHDOG.scratch0().write_value(MEANT);
+    reset()
+}
+
+/// Tells whether the program before this one ended by [`restart`], and forgets it.
+pub(crate) fn take_meant() -> bool {
+    let meant = pac::WATCHDOG.scratch0().read() == MEANT;
+    pac::WATCHDOG.scratch0().write_value(0);
+    meant
 }
 
 fn end_with(end: ProgramEnd, at: u32, write: impl FnOnce(&mut Clipped) -> core::fmt::Result) -> ! {

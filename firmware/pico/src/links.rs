@@ -18,6 +18,7 @@ use static_cell::StaticCell;
 use vitrine_exhibit::settings::ServicePort;
 use vitrine_protocol::frame::Frame;
 use vitrine_protocol::server::{Incoming, Link, Reach};
+use vitrine_protocol::{USB_IDS, USB_PRODUCT};
 
 use crate::board::{Interrupts, ServiceResources, UsbResources};
 use crate::settings;
@@ -41,10 +42,6 @@ const ALIVE: Duration = Duration::from_millis(100);
 
 const SERIAL_BAUD: u32 = 115_200;
 
-/// pid.codes' identifiers for tests: an exhibit that is sold needs its own.
-const USB_VENDOR: u16 = 0x1209;
-const USB_PRODUCT: u16 = 0x0001;
-
 type UsbDriver = Driver<'static, USB>;
 
 static DAMAGED_FRAMES: [AtomicU32; LINKS] = [const { AtomicU32::new(0) }; LINKS];
@@ -64,9 +61,10 @@ pub(crate) fn usb(
     static CONTROL: StaticCell<[u8; 64]> = StaticCell::new();
     static STATE: StaticCell<State<'_>> = StaticCell::new();
 
-    let mut config = Config::new(USB_VENDOR, USB_PRODUCT);
+    let (vendor, product) = USB_IDS;
+    let mut config = Config::new(vendor, product);
     config.manufacturer = Some("Vitrine");
-    config.product = Some("Vitrine exhibit controller");
+    config.product = Some(USB_PRODUCT);
     config.serial_number = Some(serial_number);
     config.max_power = 100;
     let driver = Driver::new(resources.controller, Interrupts);

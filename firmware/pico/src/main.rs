@@ -11,7 +11,7 @@
 //! | [`analog`] | thread executor | the converter: temperatures, supply |
 //! | [`radar`] | thread executor | the radar's port |
 //! | [`front`] | thread executor | status LED and staff key |
-//! | [`store`] | thread executor | flash: plan, dose ledger, event log; and what [`hosts`] may ask |
+//! | [`store`] | thread executor | flash: plan, dose ledger, event log, new firmware; and what [`hosts`] may ask |
 //! | [`links`] | thread executor | USB and the service port |
 //! | [`watchdog`] | thread executor | the watchdog, fed when all have checked in |
 //!
@@ -42,6 +42,7 @@ mod readings;
 mod sensors;
 mod settings;
 mod store;
+mod updates;
 mod watchdog;
 
 use defmt::info;

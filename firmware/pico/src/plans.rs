@@ -178,7 +178,7 @@ impl Active {
     }
 }
 
-/// Refuses, until later, where lamps are in motion.
+/// Puts a host off while the lamps are fading: an erase would stop them.
 pub(crate) fn wait_for_steady_lamps() -> Result<(), Refusal> {
     if controller::lamps_are_steady() { Ok(()) } else { Err(Refusal::LampsInMotion { retry: RETRY }) }
 }

@@ -27,6 +27,7 @@ use crate::controller::{self, EVENTS, PlanSlot, STORED, TO_STORE};
 use crate::links::LINKS;
 use crate::plans::{self, Plans};
 use crate::sensors::SET_CLOCK;
+use crate::updates::Updates;
 use crate::watchdog::{Client, check_in};
 use crate::{chip, flash_map, readings, settings};
 
@@ -50,6 +51,7 @@ pub(crate) static ANSWERS: [Channel<CriticalSectionRawMutex, Frame, 1>; LINKS] =
 pub(crate) struct Store {
     pub(crate) chip: Chip,
     pub(crate) plans: Plans,
+    pub(crate) updates: Updates,
     pub(crate) serial_number: String<24>,
     ledger: Option<Ledger>,
     pub(crate) log: Option<EventLog>,
@@ -66,6 +68,7 @@ impl Store {
     ) -> (Self, LedgerRecord) {
         let mut chip = Chip::new_blocking(resources.flash);
         let serial_number = chip::serial_number(&mut chip);
+        let updates = Updates::load(&mut chip);
         static BUFFER: StaticCell<plans::Buffer> = StaticCell::new();
         let buffer = BUFFER.init_with(|| [0; MAX_PLAN_BYTES]);
         let plans = Plans::load(&mut chip, active, spare, buffer);
@@ -86,7 +89,7 @@ impl Store {
             Ok(record) => readings::clock_record(record),
             Err(_) => warn!("what is known of the clock cannot be read"),
         }
-        (Self { chip, plans, serial_number, ledger, log, clock_to_keep: None }, record)
+        (Self { chip, plans, updates, serial_number, ledger, log, clock_to_keep: None }, record)
     }
 
     /// Writes a ledger record; tells whether it is safely there.
@@ -125,6 +128,7 @@ pub(crate) async fn run(mut store: Store) -> ! {
     loop {
         check_in(Client::Store);
         store.plans.take_back();
+        store.updates.look_after(&mut store.chip);
         store.keep_clock().await;
         match select4(TO_STORE.wait(), INCOMING.receive(), EVENTS.receive(), Timer::after(ALIVE)).await {
             Either4::First(record) => {

@@ -6,9 +6,10 @@
 use defmt::{info, warn};
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Ticker};
-use portable_atomic::{AtomicU32, Ordering};
+use portable_atomic::{AtomicBool, AtomicU32, Ordering};
 
 use crate::board::DogResources;
+use crate::last_words;
 
 /// From the last feed to the reset: with all tolerances of the watchdog's tick within the 500 ms that a stuck task may
 /// leave the lamps lit.
@@ -43,6 +44,14 @@ const ALL_CLIENTS: u32 = (1 << 8) - 1;
 
 static CHECKED_IN: AtomicU32 = AtomicU32::new(0);
 
+/// Everybody has checked in at least once.
+static ALL_ALIVE: AtomicBool = AtomicBool::new(false);
+
+/// Tells whether every task has checked in; who does not go on doing so is reset.
+pub(crate) fn all_have_checked_in() -> bool {
+    ALL_ALIVE.load(Ordering::Relaxed)
+}
+
 /// Says that a task is alive.
 pub(crate) fn check_in(client: Client) {
     #[cfg(feature = "bench")]
@@ -60,8 +69,11 @@ impl Dog {
     /// Starts the watchdog.
     pub(crate) fn wake(resources: DogResources) -> Self {
         let mut watchdog = Watchdog::new(resources.watchdog);
-        let after_fault = watchdog.reset_reason().is_some();
-        if after_fault {
+        let was_meant = last_words::take_meant();
+        let after_fault = watchdog.reset_reason().is_some() && !was_meant;
+        if was_meant {
+            info!("restarted as it was to be");
+        } else if after_fault {
             warn!("started after a fault or a task that hung");
         } else {
             info!("started by power or by the reset line");
@@ -91,6 +103,7 @@ pub(crate) async fn run(mut dog: Dog) -> ! {
             everybody
         });
         if everybody {
+            ALL_ALIVE.store(true, Ordering::Relaxed);
             dog.watchdog.feed(TIMEOUT);
         }
     }

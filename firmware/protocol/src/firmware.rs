@@ -11,8 +11,19 @@ use serde::{Deserialize, Serialize};
 /// The version of an image, as in "0.1.0".
 pub type Version = String<24>;
 
-/// The SHA-256 of an image.
+/// The BLAKE3 hash of an image.
 pub type Digest = [u8; 32];
+
+/// The firmware that runs.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FirmwareState {
+    /// Its version.
+    pub version: Version,
+    /// The BLAKE3 hash in the header of the image that runs.
+    pub digest: Digest,
+    /// How far an update is.
+    pub progress: Progress,
+}
 
 /// How far an update is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -24,7 +24,8 @@
 //! # Versions
 //!
 //! The first request is [`Request::Hello`]. Its encoding, that of [`Hello`], of the envelope and of the frame are
-//! frozen in every version, so that any host can name any controller. Everything else may change with [`VERSION`];
+//! frozen in every version, so that any host can name any controller; and so are the few messages of a firmware update
+//! ([`Request::is_of_an_update`]), so that any host can update any controller. Everything else may change with [`VERSION`];
 //! [`FINGERPRINT`] is computed at compile time from the golden bytes of all messages and of a plan
 //! (`golden/messages.txt`), which a test holds against the types: when a field moves, the fingerprint moves with it.
 //!
@@ -37,7 +38,7 @@
 //! | asked | over a network | over a cable |
 //! |---|---|---|
 //! | status, clock, plan, log and settings to read; dark; release; a plan that asks for no more | yes | yes |
-//! | a view to hold, light outside the hours, re-arm, the clock to set | no | yes |
+//! | a view to hold, light outside the hours, re-arm, the clock to set, signed firmware, a restart | no | yes |
 //! | a plan that asks for more (`vitrine_exhibit::plan::Bounds`), a new stack, settings | no | confirmed |
 //!
 //! A link is a cable where its wire ends beside the exhibit: USB, and the service port unless its setting says otherwise.
@@ -73,7 +74,7 @@ pub use status::Status;
 /// The version of the messages. It grows when a message changes its meaning or its layout.
 pub const VERSION: u16 = 3;
 
-/// The most bytes of a plan in one message.
+/// The most bytes of a plan or an image in one message.
 pub const MAX_CHUNK: usize = 256;
 
 /// The controller's USB vendor and product numbers, by which a host finds it: pid.codes' pair for tests, to be

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 pub use vitrine_exhibit::events::LogEntry;
 use vitrine_exhibit::{settings::Settings, units::UtcSeconds};
 
-use crate::{MAX_CHUNK, Refusal, Status, status::ClockState};
+use crate::{MAX_CHUNK, Refusal, Status, firmware::FirmwareState, status::ClockState};
 
-/// A part of a plan, at most [`MAX_CHUNK`] bytes.
+/// A part of a plan or of an image, at most [`MAX_CHUNK`] bytes.
 pub type Chunk = Vec<u8, MAX_CHUNK>;
 
 /// The most log entries in one response.
@@ -40,16 +40,16 @@ pub enum Request {
         /// CRC-32/ISO-HDLC of all its bytes.
         crc: u32,
     },
-    /// The next part of the plan. A part that is already there is accepted again.
+    /// The next part of the plan or the image. A part that is already there is accepted again. Frozen in all versions.
     UploadChunk {
-        /// Where the part begins in the plan, in bytes.
+        /// Where the part begins, in bytes.
         offset: u32,
         /// The part.
         bytes: Chunk,
     },
-    /// Verifies the upload and makes it the active plan.
+    /// Verifies the upload, and makes a plan the active one; an image is installed by the next start. Frozen in all versions.
     CommitUpload {
-        /// The CRC of [`Request::BeginUpload`].
+        /// The CRC of [`Request::BeginUpload`] or [`Request::BeginUpdate`].
         crc: u32,
     },
     /// Reads the active plan back.
@@ -78,6 +78,31 @@ pub enum Request {
         /// The code.
         code: u32,
     },
+    /// What firmware runs, and how far is its update? Frozen in all versions.
+    Firmware,
+    /// Begins the upload of a firmware image, or goes on with the same one. Frozen in all versions.
+    BeginUpdate {
+        /// The length of the signed image in bytes, its header among them.
+        length: u32,
+        /// CRC-32/ISO-HDLC of all its bytes.
+        crc: u32,
+    },
+    /// Restarts the controller, and with it installs an image that was committed. Frozen in all versions.
+    Restart,
+}
+
+impl Request {
+    /// Tells whether a host of any version may ask this, so that any host can update any controller.
+    pub const fn is_of_an_update(&self) -> bool {
+        matches!(
+            self,
+            Self::Firmware
+                | Self::BeginUpdate { .. }
+                | Self::UploadChunk { .. }
+                | Self::CommitUpload { .. }
+                | Self::Restart
+        )
+    }
 }
 
 /// What the controller answers.
@@ -90,14 +115,14 @@ pub enum Response {
     Status(Status),
     /// To [`Request::Clock`] and [`Request::SetClock`].
     Clock(ClockState),
-    /// To [`Request::BeginUpload`] and [`Request::UploadChunk`].
+    /// To [`Request::BeginUpload`], [`Request::BeginUpdate`] and [`Request::UploadChunk`]; frozen in all versions.
     Upload {
-        /// How many bytes of the plan have arrived, from its beginning on: the next chunk's offset.
+        /// How many bytes have arrived, from its beginning on: the next chunk's offset.
         received: u32,
     },
-    /// To [`Request::CommitUpload`].
+    /// To [`Request::CommitUpload`]; frozen in all versions.
     Committed {
-        /// The CRC of the plan that is active now.
+        /// The CRC of the plan that is active now, or of the image that the next start installs.
         crc: u32,
     },
     /// To [`Request::ReadPlan`].
@@ -109,7 +134,7 @@ pub enum Response {
         /// The part; empty at the end of the plan.
         bytes: Chunk,
     },
-    /// To [`Request::Exhibit`]: the exhibit has been told.
+    /// To [`Request::Exhibit`]: the exhibit has been told; and to [`Request::Restart`]. Frozen in all versions.
     Done,
     /// To [`Request::ReadLog`].
     Log(LogPage),
@@ -128,6 +153,8 @@ pub enum Response {
         /// What [`Request::Confirm`] has to say.
         code: u32,
     },
+    /// To [`Request::Firmware`]; frozen in all versions.
+    Firmware(FirmwareState),
 }
 
 /// A controller's answer: a response, or why it refuses.

@@ -95,13 +95,31 @@ pub enum Refusal {
     NothingToConfirm,
     /// The settings lie outside their bounds. The settings before stay.
     UnfitSettings(vitrine_exhibit::settings::SettingsError),
+    /// The image has no bytes behind its header, or more than its place.
+    ImageLength {
+        /// The most bytes of a signed image.
+        most: u32,
+    },
+    /// The bytes arrived whole, but are no image for this board. The firmware stays as it is.
+    UnfitImage(crate::firmware::ImageFault),
+    /// The firmware that runs is new itself and has not yet confirmed itself.
+    OnTrial {
+        /// When to ask again.
+        retry: Milliseconds,
+    },
+    /// New firmware could not confirm itself: the lamp supply is out of its bounds.
+    NoSupply,
+    /// The firmware was started without a boot loader, and nothing would install another.
+    NoBootLoader,
 }
 
 impl Refusal {
     /// When the same request may be sent again, if that is all it takes.
     pub const fn retry(&self) -> Option<Milliseconds> {
         match *self {
-            Self::TooManyRequests { retry } | Self::LampsInMotion { retry } => Some(retry),
+            Self::TooManyRequests { retry } | Self::LampsInMotion { retry } | Self::OnTrial { retry } => {
+                Some(retry)
+            }
             _ => None,
         }
     }
@@ -156,6 +174,19 @@ impl fmt::Display for Refusal {
                 f.write_str("nothing waits for this confirmation, or it came too late; ask once more")
             }
             Self::UnfitSettings(error) => write!(f, "{error}; the settings before stay"),
+            Self::ImageLength { most } => write!(f, "a signed firmware image has 257 to {most} bytes"),
+            Self::UnfitImage(fault) => write!(f, "{fault}; the firmware stays as it is"),
+            Self::OnTrial { retry } => write!(
+                f,
+                "its firmware is new and has not yet confirmed itself; again in {} s",
+                retry.0.div_ceil(1000)
+            ),
+            Self::NoBootLoader => {
+                f.write_str("it runs without a boot loader, which would install new firmware")
+            }
+            Self::NoSupply => f.write_str(
+                "the lamp supply is out of its bounds, and without it new firmware cannot confirm itself",
+            ),
         }
     }
 }

@@ -11,6 +11,7 @@ use core::ops::RangeInclusive;
 
 use crate::{
     FINGERPRINT, Refusal, VERSION,
+    firmware::FirmwareState,
     frame::{self, Deframer, Frame, FrameError},
     message::{Chunk, Hello, LogPage, Reply, Request, Response},
     rate::Bucket,
@@ -29,7 +30,7 @@ mod upload;
 pub use self::confirm::CONFIRM_WITHIN_MS;
 use self::confirm::{Confirmations, Waiting};
 pub use self::upload::UPLOAD_SILENCE_MS;
-use self::upload::Uploads;
+use self::upload::{Content, Kind, Uploads};
 
 /// A clock that was set may be set again after this time: each setting wears the flash that keeps its drift.
 pub const CLOCK_REST_MS: u64 = 1_000;
@@ -72,6 +73,18 @@ pub trait Controller {
     fn read_live(&mut self, _from: Option<u16>, _part: &mut [u8]) -> Result<(u16, usize), Refusal> {
         Err(Refusal::UnknownRequest)
     }
+
+    /// The firmware that runs, and how far an update is.
+    fn firmware(&mut self) -> FirmwareState;
+    /// Prepares the place of the new image for `length` bytes.
+    fn begin_update(&mut self, length: u32) -> Result<(), Refusal>;
+    /// Writes the next bytes of the image and reads them back; the server calls it with each byte once and in order.
+    fn append_update(&mut self, bytes: &[u8]) -> Result<(), Refusal>;
+    /// Holds what was written against `crc`, verifies that it is a signed image for this board, and has the next start
+    /// install it.
+    fn commit_update(&mut self, crc: u32) -> Result<(), Refusal>;
+    /// Restarts the controller, dark, when its answer has gone out.
+    fn restart(&mut self) -> Result<(), Refusal>;
 }
 
 /// What went wrong on a link since it began.
@@ -174,7 +187,7 @@ impl Link {
         }
         if let Some(Request::Hello { version, fingerprint }) = request {
             self.acquainted = version == VERSION && fingerprint == FINGERPRINT;
-        } else if !self.acquainted {
+        } else if !self.acquainted && !request.as_ref().is_some_and(Request::is_of_an_update) {
             return Err(Refusal::Unacquainted { version: VERSION, fingerprint: FINGERPRINT });
         }
         request.ok_or(Refusal::UnknownRequest)
@@ -235,7 +248,12 @@ impl Server {
             Request::Clock => Ok(Response::Clock(controller.clock())),
             Request::SetClock { now } => self.set_clock(*now, now_ms, controller),
             Request::BeginUpload { length, crc } => {
-                self.uploads.begin(link, *length, *crc, now_ms, controller)
+                let content = Content { kind: Kind::Plan, length: *length, crc: *crc };
+                self.uploads.begin(link, content, now_ms, controller)
+            }
+            Request::BeginUpdate { length, crc } => {
+                let content = Content { kind: Kind::Firmware, length: *length, crc: *crc };
+                self.uploads.begin(link, content, now_ms, controller)
             }
             Request::UploadChunk { offset, bytes } => {
                 self.uploads.chunk(link, *offset, bytes, now_ms, controller)
@@ -258,6 +276,8 @@ impl Server {
             Request::Confirm { code } => self.confirm(link, *code, now_ms, controller),
             Request::ReadLog { from } => controller.read_log(*from).map(Response::Log),
             Request::ReadLive { from } => read_live(*from, controller),
+            Request::Firmware => Ok(Response::Firmware(controller.firmware())),
+            Request::Restart => controller.restart().map(|()| Response::Done),
         }
     }
 
@@ -275,7 +295,7 @@ impl Server {
         Ok(Response::Clock(controller.clock()))
     }
 
-    /// Makes a plan active; one that asks for more than the active one waits for its confirmation.
+    /// Makes a plan active, or has an image installed by the next start; a plan that asks for more than the active one waits for its confirmation.
     fn commit<C: Controller>(
         &mut self,
         incoming: &Incoming,
@@ -284,7 +304,7 @@ impl Server {
         controller: &mut C,
     ) -> Reply {
         let link = incoming.link;
-        if self.uploads.is_complete(link, crc)?
+        if self.uploads.complete(link, crc)? == Some(Kind::Plan)
             && self.uploads.verified(controller.plan_asks_for_more(crc))?
         {
             return match incoming.reach {
@@ -325,6 +345,7 @@ const fn asks_for_more(request: &Request) -> bool {
     match request {
         Request::Exhibit(request) => !matches!(request, Dark { .. } | Release),
         Request::SetClock { .. } | Request::ChangeSettings(_) | Request::Confirm { .. } => true,
+        Request::BeginUpdate { .. } | Request::Restart => true,
         _ => false,
     }
 }

@@ -29,7 +29,7 @@ pub mod mock;
 mod ring;
 pub mod settings;
 mod slots;
-mod small;
+pub mod small;
 #[cfg(test)]
 mod tests;
 

@@ -32,6 +32,11 @@ impl TwoSlots {
         Self { start, slot_bytes }
     }
 
+    /// The first address.
+    pub const fn start(&self) -> u32 {
+        self.start
+    }
+
     /// The first address behind both slots.
     pub const fn end(&self) -> u32 {
         self.start + 2 * self.slot_bytes

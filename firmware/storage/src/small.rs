@@ -9,7 +9,10 @@ use crate::{Error, TwoSlots};
 const MOST_BYTES: usize = 96;
 
 /// Reads the newest value; the default where there is none, or one of another firmware.
-pub(crate) fn read<T: DeserializeOwned + Default, F: ReadNorFlash>(
+///
+/// # Errors
+/// The flash cannot be read.
+pub fn read<T: DeserializeOwned + Default, F: ReadNorFlash>(
     slots: &TwoSlots,
     flash: &mut F,
 ) -> Result<T, Error<F::Error>> {
@@ -21,7 +24,10 @@ pub(crate) fn read<T: DeserializeOwned + Default, F: ReadNorFlash>(
 
 /// Stores a value; erases a sector, which stops the processor for a while. When it returns, the value survives a power
 /// cut; a cut before leaves the one before it.
-pub(crate) fn store<T: Serialize, F: NorFlash>(
+///
+/// # Errors
+/// The flash failed.
+pub fn store<T: Serialize, F: NorFlash>(
     slots: &TwoSlots,
     flash: &mut F,
     value: &T,

@@ -10,6 +10,7 @@ mod design;
 mod devices;
 mod experiment;
 mod exposure;
+mod firmware;
 mod frontier;
 mod live;
 mod log;
@@ -90,6 +91,7 @@ enum Command {
     Settings(settings::Settings),
     Controller(controller::Controller),
     Schema(schema::Schema),
+    Firmware(firmware::Firmware),
     Explain(setup::Explain),
     Doctor(setup::Doctor),
     Completions(setup::Completions),
@@ -148,6 +150,7 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
         Command::Settings(command) => command.run(output),
         Command::Controller(command) => command.run(output),
         Command::Schema(command) => command.run(output),
+        Command::Firmware(command) => command.run(output),
         Command::Explain(command) => command.run(output),
         Command::Doctor(command) => command.run(output),
         Command::Completions(command) => command.run(output),

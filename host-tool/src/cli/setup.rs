@@ -108,7 +108,7 @@ impl Man {
         let mut written = Vec::new();
         let mut command = Cli::command();
         command.build();
-        for page in std::iter::once(&command).chain(command.get_subcommands()) {
+        for page in pages(&command) {
             let man = clap_mangen::Man::new(page.clone());
             let path = self.folder.join(man.get_filename());
             let write = |source| SetupFailure::Write { path: path.clone(), source };
@@ -122,6 +122,11 @@ impl Man {
         });
         Ok(())
     }
+}
+
+/// A command and all commands within it.
+fn pages(command: &clap::Command) -> Vec<&clap::Command> {
+    std::iter::once(command).chain(command.get_subcommands().flat_map(pages)).collect()
 }
 
 impl Doctor {

@@ -9,10 +9,10 @@ use std::{
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use miette::Diagnostic;
 use thiserror::Error;
-use vitrine_storage::map::{FLASH_BYTES, IMAGE_END, SECTOR_BYTES};
+use vitrine_storage::map::{FLASH_BYTES, SECTOR_BYTES};
 
-/// The part behind the firmware's image.
-const BYTES: usize = (FLASH_BYTES - IMAGE_END) as usize;
+/// The whole chip.
+const BYTES: usize = FLASH_BYTES as usize;
 
 /// Why a flash file cannot be used.
 #[derive(Debug, Error, Diagnostic)]
@@ -50,7 +50,7 @@ pub enum FlashError {
     },
 }
 
-/// The flash behind the firmware's image: plan, settings, ledger and log.
+/// The flash: images, plan, settings, ledger and log.
 #[derive(Debug)]
 pub struct FlashFile {
     bytes: Vec<u8>,
@@ -61,6 +61,11 @@ impl FlashFile {
     /// Erased flash in memory.
     pub fn in_memory() -> Self {
         Self { bytes: vec![0xff; BYTES], file: None }
+    }
+
+    /// What stands in a flash's place while it is elsewhere.
+    pub(super) const fn nothing() -> Self {
+        Self { bytes: Vec::new(), file: None }
     }
 
     /// Flash in a file, for this program alone; a new file is erased flash.
@@ -93,8 +98,19 @@ impl FlashFile {
         Ok(Self { bytes, file: Some(file) })
     }
 
+    /// Whether nothing has been written there since it was erased.
+    pub(super) fn is_erased(&self, address: u32, length: u32) -> bool {
+        Self::range(address, length as usize)
+            .is_ok_and(|range| self.bytes[range].iter().all(|byte| *byte == 0xff))
+    }
+
+    /// Writes erased flash, as a programmer does that a factory has.
+    pub(super) fn program(&mut self, address: u32, bytes: &[u8]) -> Result<(), WriteError> {
+        self.write(address, bytes)
+    }
+
     fn range(address: u32, length: usize) -> Result<std::ops::Range<usize>, WriteError> {
-        let start = address.checked_sub(IMAGE_END).ok_or(WriteError::OutOfBounds)? as usize;
+        let start = address as usize;
         let end = start.checked_add(length).filter(|end| *end <= BYTES).ok_or(WriteError::OutOfBounds)?;
         Ok(start..end)
     }

@@ -12,6 +12,7 @@ use vitrine_exhibit::{
 };
 use vitrine_protocol::{
     Controller, Hello, Refusal, Server, Status,
+    firmware::FirmwareState,
     frame::Frame,
     message::{LogPage, MAX_LOG_ENTRIES},
     plan_file::{self, MAX_PLAN_BYTES},
@@ -20,7 +21,9 @@ use vitrine_protocol::{
 };
 use vitrine_storage::{EventLog, Ledger, Record, Writer, map::PLAN};
 
-use super::{Clock, FlashFile, Noise, Surroundings, Viewer, Walk, thermal_frames, time::Time};
+use super::{
+    Clock, FlashFile, Noise, Surroundings, Viewer, Walk, thermal_frames, time::Time, updates::Updates,
+};
 
 /// The time of one step.
 const STEP_MS: u32 = 10;
@@ -42,6 +45,7 @@ pub struct VirtualController {
     server: Server,
     plan: Option<ActivePlan>,
     writer: Option<Writer>,
+    updates: Updates,
     ledger: Ledger,
     log: EventLog,
     stored: Option<StoredReservation>,
@@ -67,6 +71,7 @@ impl VirtualController {
     /// # Errors
     /// Where the flash cannot be read.
     pub fn new(mut flash: FlashFile, clock: Clock) -> Result<Self, Refusal> {
+        let updates = Updates::start(&mut flash)?;
         let (ledger, record) = Ledger::open(&mut flash).map_err(storage_failed)?;
         let log = EventLog::open(&mut flash).map_err(storage_failed)?;
         let time = Time::new(clock, vitrine_storage::clock::read(&mut flash).map_err(storage_failed)?);
@@ -78,6 +83,7 @@ impl VirtualController {
             server: Server::new(),
             plan: None,
             writer: None,
+            updates,
             ledger,
             log,
             stored: None,
@@ -108,6 +114,18 @@ impl VirtualController {
     /// Switches the power off and gives the flash back, for another start.
     pub fn power_off(self) -> FlashFile {
         self.flash
+    }
+
+    /// Starts anew, as after a reset: what stands around it stays, what it knew is what flash holds.
+    fn restart(&mut self) -> Result<(), Refusal> {
+        let flash = std::mem::replace(&mut self.flash, FlashFile::nothing());
+        let clock = self.time.clock_after(self.time_ms);
+        let fresh = Self::new(flash, clock)?;
+        let before = std::mem::replace(self, fresh);
+        self.name = before.name;
+        (self.walk, self.viewer, self.noise) = (before.walk, before.viewer, before.noise);
+        self.surroundings = before.surroundings;
+        Ok(())
     }
 
     /// Sends a visitor on a walk; [`VirtualController::set_viewer`] overrides it.
@@ -197,6 +215,9 @@ impl VirtualController {
         };
         self.command = command;
         self.keep(&events);
+        if self.updates.look_after(&mut self.flash, self.state.snapshot()) {
+            let _a_controller_without_an_image_that_verifies_stays_as_it_is = self.restart();
+        }
     }
 
     /// Writes to flash what the step wants kept. A write that fails is tried again with the next step: meanwhile the
@@ -256,7 +277,7 @@ impl Controller for VirtualController {
             version: 0,
             fingerprint: 0,
             serial_number: self.name.as_str().try_into().unwrap_or_default(),
-            firmware: env!("CARGO_PKG_VERSION").try_into().unwrap_or_default(),
+            firmware: self.firmware().version,
             name: self.plan.as_ref().map(|active| active.plan.name.clone()).unwrap_or_default(),
         }
     }
@@ -362,6 +383,32 @@ impl Controller for VirtualController {
         Ok(())
     }
 
+    fn firmware(&mut self) -> FirmwareState {
+        self.updates.images.state(env!("CARGO_PKG_VERSION"))
+    }
+
+    fn begin_update(&mut self, length: u32) -> Result<(), Refusal> {
+        self.may_erase()?;
+        self.updates.images.begin(&mut self.flash, length)
+    }
+
+    fn append_update(&mut self, bytes: &[u8]) -> Result<(), Refusal> {
+        if self.updates.images.will_erase(bytes.len()) {
+            self.may_erase()?;
+        }
+        self.updates.images.append(&mut self.flash, bytes)
+    }
+
+    fn commit_update(&mut self, crc: u32) -> Result<(), Refusal> {
+        self.may_erase()?;
+        self.updates.images.commit(&mut self.flash, crc, self.surroundings.supply)
+    }
+
+    fn restart(&mut self) -> Result<(), Refusal> {
+        self.updates.restart = true;
+        Ok(())
+    }
+
     fn read_log(&mut self, from: u32) -> Result<LogPage, Refusal> {
         let mut page = LogPage { oldest: self.log.oldest(), next: self.log.next(), ..LogPage::default() };
         let first = from.max(page.oldest);
@@ -374,6 +421,6 @@ impl Controller for VirtualController {
     }
 }
 
-fn storage_failed<E>(_: vitrine_storage::Error<E>) -> Refusal {
+pub(super) fn storage_failed<E>(_: vitrine_storage::Error<E>) -> Refusal {
     Refusal::StorageFailed
 }

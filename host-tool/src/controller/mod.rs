@@ -11,6 +11,7 @@ mod room;
 mod serve;
 mod surroundings;
 mod time;
+mod updates;
 
 pub use flash::{FlashError, FlashFile};
 pub use machine::VirtualController;

@@ -47,6 +47,15 @@ impl Time {
         ClockState { now: self.now(time_ms), source, record: self.record }
     }
 
+    /// The clock as a controller finds it that starts anew now: a battery clock has gone on, what a host has set without one is
+    /// lost.
+    pub(super) fn clock_after(&self, time_ms: u64) -> Clock {
+        match self.clock {
+            Clock::Simulated(_) => self.shown(time_ms).map_or(self.clock, Clock::Simulated),
+            clock => clock,
+        }
+    }
+
     /// What will be known of the clock once it is set to this time.
     pub(super) fn record_of(&self, now: UtcSeconds, time_ms: u64) -> ClockRecord {
         self.record.set(self.shown(time_ms), now)

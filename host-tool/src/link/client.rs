@@ -54,12 +54,35 @@ impl Client {
         Self::over(address.clone(), transport::open(address)?)
     }
 
+    /// Opens the port and greets a controller of whatever version: enough for an update of its firmware, and for nothing else.
+    ///
+    /// # Errors
+    /// Where the port cannot be opened, or what is there is no controller.
+    pub fn open_for_update(address: &Address) -> Result<Self, LinkError> {
+        let mut client = Self::unacquainted(address.clone(), transport::open(address)?);
+        client.hello = client.greet()?;
+        Ok(client)
+    }
+
     /// Greets over an open transport. `address` is for messages.
     ///
     /// # Errors
     /// Where what is there is no controller or one of another version.
     pub fn over(address: Address, transport: Box<dyn Transport>) -> Result<Self, LinkError> {
-        let mut client = Self {
+        let mut client = Self::unacquainted(address, transport);
+        client.hello = client.greet()?;
+        let (address, hello) = (client.address.clone(), client.hello.clone());
+        if hello.version != VERSION {
+            return Err(LinkError::OtherVersion { address, hello: Box::new(hello) });
+        }
+        if hello.fingerprint != FINGERPRINT {
+            return Err(LinkError::OtherBuild { address, hello: Box::new(hello) });
+        }
+        Ok(client)
+    }
+
+    fn unacquainted(address: Address, transport: Box<dyn Transport>) -> Self {
+        Self {
             address,
             transport,
             deframer: Deframer::new(),
@@ -73,9 +96,7 @@ impl Client {
                 name: heapless::String::new(),
             },
             confirms: false,
-        };
-        client.hello = client.greet()?;
-        Ok(client)
+        }
     }
 
     /// Confirms from now on whatever asks for more than the exhibit gives: a person has said so.
@@ -291,23 +312,16 @@ impl Client {
     fn greet(&mut self) -> Result<Hello, LinkError> {
         let request = Request::Hello { version: VERSION, fingerprint: FINGERPRINT };
         let address = self.address.clone();
-        let hello = match self.exchange(&request, GREETING_PATIENCE) {
-            Ok(Ok(Response::Hello(hello))) => hello,
+        match self.exchange(&request, GREETING_PATIENCE) {
+            Ok(Ok(Response::Hello(hello))) => Ok(hello),
             Ok(Err(refusal @ Refusal::TooManyRequests { .. })) => {
-                return Err(LinkError::Refused { address, refusal });
+                Err(LinkError::Refused { address, refusal })
             }
             Ok(_) | Err(LinkError::Silent { .. } | LinkError::WrongAnswer { .. }) => {
-                return Err(LinkError::NotOurs { address });
+                Err(LinkError::NotOurs { address })
             }
-            Err(error) => return Err(error),
-        };
-        if hello.version != VERSION {
-            return Err(LinkError::OtherVersion { address, hello: Box::new(hello) });
+            Err(error) => Err(error),
         }
-        if hello.fingerprint != FINGERPRINT {
-            return Err(LinkError::OtherBuild { address, hello: Box::new(hello) });
-        }
-        Ok(hello)
     }
 
     /// Sends a request until its answer comes, with the same sequence number each time.

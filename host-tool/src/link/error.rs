@@ -7,6 +7,7 @@ use thiserror::Error;
 use vitrine_protocol::{Hello, Refusal};
 
 use super::Address;
+use crate::firmware::fault_help;
 
 /// What went wrong between this computer and a controller.
 #[derive(Debug, Error, Diagnostic)]
@@ -301,5 +302,10 @@ fn refusal_help(refusal: &Refusal) -> &'static str {
         Refusal::CableOnly => "go to the exhibit and plug a computer into it, or use its staff key",
         Refusal::NothingToConfirm => "give the command again",
         Refusal::UnfitSettings(_) => "give a value within those bounds",
+        Refusal::ImageLength { .. } => "give the file that `vitrine firmware sign` or `build` has written",
+        Refusal::UnfitImage(fault) => fault_help(*fault),
+        Refusal::OnTrial { .. } => "wait until it has confirmed itself or has been gone back from",
+        Refusal::NoBootLoader => "flash boot loader and firmware over the board's own USB disk or a probe",
+        Refusal::NoSupply => "switch the lamps' supply on; `vitrine status` tells what is measured",
     }
 }

@@ -9,6 +9,7 @@ mod discovery;
 mod error;
 mod follow;
 mod transport;
+mod update;
 mod upload;
 
 pub use address::{Address, AddressError};
@@ -17,6 +18,7 @@ pub use discovery::{Announcement, Device, choose, devices};
 pub use error::LinkError;
 pub use follow::{Ask, Follower, Update};
 pub use transport::{Serial, Tcp, Transport};
+pub use update::{Installed, update};
 pub use upload::{Progress, Stage};
 
 #[cfg(test)]

@@ -8,15 +8,19 @@ use vitrine_protocol::{
 
 use super::{Client, LinkError};
 
-/// What is being done with the plan.
+/// What is being done with a plan or with firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// The plan is sent.
+    /// It is sent.
     Sending,
     /// The controller verifies it and makes it the active one.
     Committing,
     /// The active plan is read back and compared.
     ReadingBack,
+    /// The boot loader installs the new firmware.
+    Installing,
+    /// The new firmware runs and is to confirm itself.
+    OnTrial,
 }
 
 /// How far an upload has come.
@@ -43,13 +47,7 @@ impl Client {
             return Err(LinkError::PlanLength { length: total, most: MAX_PLAN_BYTES });
         }
         let crc = plan_file::crc(plan);
-        if let Err(error) = self.send_and_commit(plan, crc, progress) {
-            // What another host left may be damaged; then the whole plan is sent once more.
-            if !matches!(error, LinkError::Refused { refusal: Refusal::Checksum { .. }, .. }) {
-                return Err(error);
-            }
-            self.send_and_commit(plan, crc, progress)?;
-        }
+        self.send_and_commit(&Request::BeginUpload { length: total as u32, crc }, plan, crc, progress)?;
         let read = self.read_plan_with(&mut |done| {
             progress(Progress { stage: Stage::ReadingBack, done, total });
         })?;
@@ -67,17 +65,34 @@ impl Client {
         self.read_plan_with(&mut |_| {})
     }
 
-    fn send_and_commit(
+    /// Sends what `begin` announces and has it committed; once more where another host has left damaged parts of it.
+    pub(super) fn send_and_commit(
         &mut self,
-        plan: &[u8],
+        begin: &Request,
+        bytes: &[u8],
         crc: u32,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<(), LinkError> {
-        let total = plan.len();
-        let mut sent = self.upload_step(&Request::BeginUpload { length: total as u32, crc })?;
+        match self.send_once(begin, bytes, crc, progress) {
+            Err(LinkError::Refused { refusal: Refusal::Checksum { .. }, .. }) => {
+                self.send_once(begin, bytes, crc, progress)
+            }
+            outcome => outcome,
+        }
+    }
+
+    fn send_once(
+        &mut self,
+        begin: &Request,
+        content: &[u8],
+        crc: u32,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<(), LinkError> {
+        let total = content.len();
+        let mut sent = self.upload_step(begin)?;
         while sent < total {
             progress(Progress { stage: Stage::Sending, done: sent, total });
-            let part = &plan[sent..total.min(sent + MAX_CHUNK)];
+            let part = &content[sent..total.min(sent + MAX_CHUNK)];
             let bytes = Chunk::from_slice(part).map_err(|_| self.wrong_answer())?;
             let received = self.upload_step(&Request::UploadChunk { offset: sent as u32, bytes })?;
             if received <= sent || received > total {

@@ -12,7 +12,7 @@ fn built() -> Workshop {
     workshop
 }
 
-fn json(text: &str) -> Value {
+pub(super) fn json(text: &str) -> Value {
     serde_json::from_str(text).unwrap()
 }
 

@@ -3,6 +3,7 @@
 mod book;
 mod demo;
 mod design;
+mod firmware;
 mod help;
 mod ink;
 mod link;

@@ -3,7 +3,6 @@
 use std::{cell::RefCell, collections::HashMap, vec, vec::Vec};
 
 use ed25519_dalek::{Signer, SigningKey, VerifyingKey, pkcs8::DecodePrivateKey};
-use sha2::{Digest, Sha256};
 use vitrine_protocol::firmware::Progress;
 use vitrine_storage::map::SECTOR_BYTES;
 use vitrine_storage::mock::{EraseOrder, LastStep, MockError, MockFlash};
@@ -63,7 +62,7 @@ pub(super) fn header(version: &str, body: &[u8]) -> Header {
         version: version.try_into().expect("short"),
         address: LAYOUT.address(),
         length: body.len() as u32,
-        digest: Sha256::digest(body).into(),
+        digest: blake3::hash(body).into(),
         key: signing_key().verifying_key().hint(),
         signature: [0; 64],
     }

@@ -4,5 +4,6 @@ mod bench;
 mod cuts;
 mod images;
 mod keys;
+mod running;
 mod trial;
 mod updates;

@@ -1,4 +1,4 @@
-//! A plan on its way: begin, chunks in order, commit.
+//! A plan or a firmware image on its way: begin, chunks in order, commit.
 
 use super::Controller;
 use crate::{
@@ -10,12 +10,49 @@ use vitrine_exhibit::units::Milliseconds;
 /// After this silence another host may take over an upload.
 pub const UPLOAD_SILENCE_MS: u64 = 10_000;
 
+/// What is being uploaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Content {
+    pub(super) kind: Kind,
+    pub(super) length: u32,
+    pub(super) crc: u32,
+}
+
+/// Where it goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Plan,
+    Firmware,
+}
+
+impl Kind {
+    fn begin<C: Controller>(self, length: u32, controller: &mut C) -> Result<(), Refusal> {
+        match self {
+            Self::Plan => controller.begin_plan(length),
+            Self::Firmware => controller.begin_update(length),
+        }
+    }
+
+    fn append<C: Controller>(self, bytes: &[u8], controller: &mut C) -> Result<(), Refusal> {
+        match self {
+            Self::Plan => controller.append_plan(bytes),
+            Self::Firmware => controller.append_update(bytes),
+        }
+    }
+
+    fn commit<C: Controller>(self, crc: u32, controller: &mut C) -> Result<(), Refusal> {
+        match self {
+            Self::Plan => controller.commit_plan(crc),
+            Self::Firmware => controller.commit_update(crc),
+        }
+    }
+}
+
 /// An upload in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Upload {
     link: u8,
-    length: u32,
-    crc: u32,
+    content: Content,
     received: u32,
     heard_at_ms: u64,
     abandoned: bool,
@@ -44,8 +81,7 @@ impl Uploads {
     pub(super) fn begin<C: Controller>(
         &mut self,
         link: u8,
-        length: u32,
-        crc: u32,
+        content: Content,
         now_ms: u64,
         controller: &mut C,
     ) -> Reply {
@@ -55,7 +91,7 @@ impl Uploads {
                 let left_ms = u32::try_from(UPLOAD_SILENCE_MS - silence_ms).unwrap_or(u32::MAX);
                 return Err(Refusal::OtherUpload { retry: Milliseconds(left_ms) });
             }
-            if upload.length == length && upload.crc == crc {
+            if upload.content == content {
                 upload.link = link;
                 upload.heard_at_ms = now_ms;
                 upload.abandoned = false;
@@ -64,8 +100,8 @@ impl Uploads {
         }
         self.upload = None;
         self.committed = None;
-        controller.begin_plan(length)?;
-        self.upload = Some(Upload { link, length, crc, received: 0, heard_at_ms: now_ms, abandoned: false });
+        content.kind.begin(content.length, controller)?;
+        self.upload = Some(Upload { link, content, received: 0, heard_at_ms: now_ms, abandoned: false });
         Ok(Response::Upload { received: 0 })
     }
 
@@ -79,15 +115,16 @@ impl Uploads {
     ) -> Reply {
         let upload = self.upload.as_mut().filter(|upload| upload.link == link).ok_or(Refusal::NoUpload)?;
         upload.heard_at_ms = now_ms;
+        let length = upload.content.length;
         let known = upload.received.checked_sub(offset).ok_or(Refusal::Gap { expected: upload.received })?;
         let end = u32::try_from(bytes.len())
             .ok()
-            .and_then(|length| offset.checked_add(length))
-            .filter(|end| *end <= upload.length)
-            .ok_or(Refusal::PastEnd { length: upload.length })?;
+            .and_then(|count| offset.checked_add(count))
+            .filter(|end| *end <= length)
+            .ok_or(Refusal::PastEnd { length })?;
         let fresh = usize::try_from(known).ok().and_then(|known| bytes.get(known..)).unwrap_or_default();
         if !fresh.is_empty() {
-            match controller.append_plan(fresh) {
+            match upload.content.kind.append(fresh, controller) {
                 Ok(()) => upload.received = end,
                 Err(refusal) if refusal.retry().is_some() => return Err(refusal),
                 Err(refusal) => {
@@ -99,19 +136,21 @@ impl Uploads {
         Ok(Response::Upload { received: self.upload.map_or(0, |upload| upload.received) })
     }
 
-    /// Tells whether all of an upload has come that is to be committed with this CRC; not where it is committed already.
-    pub(super) fn is_complete(&self, link: u8, crc: u32) -> Result<bool, Refusal> {
+    /// Tells whether all of an upload has come that is to be committed with this CRC, and what it is; none where it is
+    /// committed already.
+    pub(super) fn complete(&self, link: u8, crc: u32) -> Result<Option<Kind>, Refusal> {
         if self.committed == Some(crc) {
-            return Ok(false);
+            return Ok(None);
         }
         let upload = self.upload.filter(|upload| upload.link == link).ok_or(Refusal::NoUpload)?;
-        if upload.received < upload.length {
-            return Err(Refusal::Incomplete { received: upload.received, length: upload.length });
+        let Content { kind, length, crc: announced } = upload.content;
+        if upload.received < length {
+            return Err(Refusal::Incomplete { received: upload.received, length });
         }
-        if upload.crc != crc {
-            return Err(Refusal::Checksum { expected: upload.crc, found: crc });
+        if announced != crc {
+            return Err(Refusal::Checksum { expected: announced, found: crc });
         }
-        Ok(true)
+        Ok(Some(kind))
     }
 
     /// Gives up an upload that its controller has refused for good.
@@ -122,10 +161,10 @@ impl Uploads {
         outcome
     }
 
-    /// Makes a complete upload the active plan.
+    /// Makes a complete upload the active plan, or has the next start install it.
     pub(super) fn commit<C: Controller>(&mut self, link: u8, crc: u32, controller: &mut C) -> Reply {
-        if self.is_complete(link, crc)? {
-            let outcome = controller.commit_plan(crc);
+        if let Some(kind) = self.complete(link, crc)? {
+            let outcome = kind.commit(crc, controller);
             self.verified(outcome)?;
             self.upload = None;
             self.committed = Some(crc);

@@ -11,6 +11,7 @@ use vitrine_exhibit::{
 use super::samples;
 use crate::{
     Controller, Refusal, Status,
+    firmware::{FirmwareState, ImageFault, Progress},
     message::{Hello, LogPage},
     plan_file,
     status::ClockState,
@@ -28,6 +29,10 @@ pub(super) struct Memory {
     pub(super) settings: Settings,
     /// The next write of flash is refused with this.
     pub(super) refusal: Option<Refusal>,
+    /// The new firmware image; good where it begins with a zero.
+    pub(super) image: Vec<u8>,
+    pub(super) progress: Progress,
+    pub(super) restarts: u32,
 }
 
 pub(super) const MOST: u32 = 4_096;
@@ -100,6 +105,38 @@ impl Controller for Memory {
     }
     fn read_log(&mut self, _from: u32) -> Result<LogPage, Refusal> {
         Ok(samples::largest_log_page())
+    }
+    fn firmware(&mut self) -> FirmwareState {
+        FirmwareState { progress: self.progress, ..samples::firmware() }
+    }
+    fn begin_update(&mut self, length: u32) -> Result<(), Refusal> {
+        if length == 0 || length > MOST {
+            return Err(Refusal::ImageLength { most: MOST });
+        }
+        self.may_write()?;
+        self.image.clear();
+        Ok(())
+    }
+    fn append_update(&mut self, bytes: &[u8]) -> Result<(), Refusal> {
+        self.may_write()?;
+        self.image.extend_from_slice(bytes);
+        Ok(())
+    }
+    fn commit_update(&mut self, crc: u32) -> Result<(), Refusal> {
+        self.may_write()?;
+        let found = plan_file::crc(&self.image);
+        if found != crc {
+            return Err(Refusal::Checksum { expected: crc, found });
+        }
+        if self.image[0] != 0 {
+            return Err(Refusal::UnfitImage(ImageFault::Signature));
+        }
+        self.progress = Progress::Wanted;
+        Ok(())
+    }
+    fn restart(&mut self) -> Result<(), Refusal> {
+        self.restarts += 1;
+        Ok(())
     }
 }
 

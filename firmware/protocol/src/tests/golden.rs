@@ -18,6 +18,7 @@ use vitrine_exhibit::{
 use super::samples::{self, every_variant};
 use crate::{
     Refusal, Request,
+    firmware::{ImageFault, Outcome, Progress},
     frame::{self, Deframer},
     message::{Chunk, LogEntry, LogPage, Reply, Response},
     status::{ClockSource, ClockState},
@@ -43,6 +44,9 @@ fn messages() -> String {
     every_variant::<ClockSource>().iter().for_each(|value| line(&mut lines, "clock source", value));
     every_variant::<ProgramEnd>().iter().for_each(|value| line(&mut lines, "program end", value));
     every_variant::<SettingsError>().iter().for_each(|value| line(&mut lines, "settings error", value));
+    every_variant::<Progress>().iter().for_each(|value| line(&mut lines, "progress", value));
+    every_variant::<Outcome>().iter().for_each(|value| line(&mut lines, "outcome", value));
+    every_variant::<ImageFault>().iter().for_each(|value| line(&mut lines, "image fault", value));
     every_variant::<PlanError>().iter().for_each(|value| line(&mut lines, "plan error", value));
     line(&mut lines, "plan", &super::plan_file::small());
     lines.concat()
@@ -67,6 +71,7 @@ fn requests() -> Vec<Request> {
         Request::ReadLog { from: 1_000 },
         Request::ChangeSettings(samples::settings()),
         Request::Confirm { code: 0xfeed_0123 },
+        Request::BeginUpdate { length: 150_256, crc: 0xcafe_f00d },
     ]
 }
 
@@ -93,6 +98,7 @@ fn responses() -> Vec<Response> {
         Response::Settings(samples::settings()),
         Response::Confirm { code: 0xfeed_0123 },
         Response::Live { next: 700, bytes: Chunk::from_slice(&[7, 0]).expect("short") },
+        Response::Firmware(samples::firmware()),
     ]
 }
 
@@ -138,3 +144,34 @@ fn the_greeting_is_frozen() {
         b"\x82\x02\x00\x00\x01\xf8\xac\xd1\x91\x01\x10E660C0D1C7591B28\x050.1.0\x11Three photographs";
     assert_eq!(body.as_deref(), Some(&expected[..]));
 }
+
+/// The messages of an update are frozen in all versions: these bytes may never change, or a host could not update an older
+/// controller.
+#[test]
+fn an_update_is_frozen() {
+    let bytes = |message: &dyn Fn(&mut [u8]) -> usize| {
+        let mut buffer = [0; 512];
+        let used = message(&mut buffer);
+        buffer[..used].to_vec()
+    };
+    let request =
+        |request: Request| bytes(&|buffer| postcard::to_slice(&request, buffer).expect("fits").len());
+    let reply = |reply: Reply| bytes(&|buffer| postcard::to_slice(&reply, buffer).expect("fits").len());
+    let part = Chunk::from_slice(&[1, 2]).expect("short");
+    assert_eq!(request(Request::BeginUpdate { length: 300, crc: 7 }), FROZEN_BEGIN);
+    assert_eq!(request(Request::UploadChunk { offset: 256, bytes: part }), [5, 0x80, 2, 2, 1, 2]);
+    assert_eq!(request(Request::CommitUpload { crc: 7 }), [6, 7]);
+    assert_eq!(request(Request::Firmware), FROZEN_FIRMWARE);
+    assert_eq!(request(Request::Restart), FROZEN_RESTART);
+    assert_eq!(reply(Ok(Response::Upload { received: 300 })), [0, 3, 0xac, 2]);
+    assert_eq!(reply(Ok(Response::Committed { crc: 7 })), [0, 4, 7]);
+    assert_eq!(reply(Ok(Response::Done)), [0, 6]);
+    let state = reply(Ok(Response::Firmware(samples::firmware())));
+    assert_eq!(state[..8], *b"\0\x0b\x050.2.0");
+    assert_eq!(state[8..40], core::array::from_fn::<u8, 32, _>(|i| i as u8));
+    assert_eq!(state[40..], [0, 1]);
+}
+
+const FROZEN_FIRMWARE: [u8; 1] = [14];
+const FROZEN_BEGIN: [u8; 4] = [15, 0xac, 2, 7];
+const FROZEN_RESTART: [u8; 1] = [16];

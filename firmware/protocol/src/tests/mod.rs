@@ -10,3 +10,4 @@ mod rate;
 mod samples;
 mod server;
 mod sizes;
+mod update;

@@ -18,6 +18,7 @@ use vitrine_exhibit::{
 };
 
 use crate::{
+    firmware::{FirmwareState, Outcome, Progress},
     message::{Hello, LogEntry, LogPage, MAX_LOG_ENTRIES},
     status::{ClockSource, ClockState, PlanState, Status},
 };
@@ -45,6 +46,14 @@ pub(super) fn hello() -> Hello {
         serial_number: text("E660C0D1C7591B28"),
         firmware: text("0.1.0"),
         name: text("Three photographs"),
+    }
+}
+
+pub(super) fn firmware() -> FirmwareState {
+    FirmwareState {
+        version: text("0.2.0"),
+        digest: core::array::from_fn(|i| i as u8),
+        progress: Progress::Settled(Outcome::Confirmed),
     }
 }
 

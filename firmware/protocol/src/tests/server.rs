@@ -20,7 +20,7 @@ use crate::{
 /// A server with its controller and a few links.
 pub(super) struct Bench {
     server: Server,
-    links: Vec<Link>,
+    pub(super) links: Vec<Link>,
     pub(super) memory: Memory,
     pub(super) now_ms: u64,
     sequence: u16,
@@ -84,7 +84,7 @@ impl Bench {
         self.ask(link, &Request::BeginUpload { length: plan.len() as u32, crc: plan_file::crc(plan) })
     }
 
-    fn chunk(&mut self, link: usize, plan: &[u8], range: core::ops::Range<usize>) -> Reply {
+    pub(super) fn chunk(&mut self, link: usize, plan: &[u8], range: core::ops::Range<usize>) -> Reply {
         let offset = range.start as u32;
         self.ask(
             link,
@@ -92,11 +92,11 @@ impl Bench {
         )
     }
 
-    fn commit(&mut self, link: usize, plan: &[u8]) -> Reply {
+    pub(super) fn commit(&mut self, link: usize, plan: &[u8]) -> Reply {
         self.ask(link, &Request::CommitUpload { crc: plan_file::crc(plan) })
     }
 
-    fn upload(&mut self, link: usize, plan: &[u8]) {
+    pub(super) fn upload(&mut self, link: usize, plan: &[u8]) {
         assert_eq!(self.begin(link, plan), received(0));
         for start in (0..plan.len()).step_by(256) {
             let end = plan.len().min(start + 256);
@@ -106,11 +106,11 @@ impl Bench {
     }
 }
 
-fn received(bytes: usize) -> Reply {
+pub(super) fn received(bytes: usize) -> Reply {
     Ok(Response::Upload { received: bytes as u32 })
 }
 
-fn committed(plan: &[u8]) -> Reply {
+pub(super) fn committed(plan: &[u8]) -> Reply {
     Ok(Response::Committed { crc: plan_file::crc(plan) })
 }
 

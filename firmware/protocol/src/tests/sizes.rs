@@ -2,7 +2,7 @@
 
 use vitrine_exhibit::inputs;
 
-use super::samples::{every_variant, largest_log_page, largest_settings, largest_status};
+use super::samples::{every_variant, firmware, largest_log_page, largest_settings, largest_status};
 use crate::{
     MAX_FRAME, Refusal, Request,
     frame::encode,
@@ -36,6 +36,7 @@ fn the_largest_responses_fit() {
         Response::PlanPart { length: u32::MAX, offset: u32::MAX, bytes: chunk() },
         Response::Log(largest_log_page()),
         Response::Settings(largest_settings()),
+        Response::Firmware(firmware()),
     ] {
         let frame = encode(u16::MAX, &Reply::Ok(response)).expect("fits");
         assert!(frame.len() <= MAX_FRAME);

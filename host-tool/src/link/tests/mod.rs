@@ -8,6 +8,7 @@ mod faults;
 mod follow;
 #[cfg(unix)]
 mod serial;
+mod update;
 
 use vitrine_exhibit::{
     plan::{
