@@ -46,11 +46,10 @@ impl Plans {
     ) -> Self {
         let mut plans = Self { buffer, active: None, upload: None, spare: Some(spare) };
         match PLAN.newest(chip) {
-            Ok(Some(record)) => match read(chip, &record, plans.buffer) {
+            Ok(Some(record)) => match read(chip, &record, plans.buffer, slot) {
                 Ok(plan) => {
-                    plans.active = Some(Active::new(record, &plan));
+                    plans.active = Some(Active::new(record, plan));
                     info!("plan '{}' with {} views", plan.name.as_str(), plan.views.len());
-                    *slot = Some(plan);
                 }
                 Err(refusal) => warn!("the plan in flash is no use: {}", defmt::Debug2Format(&refusal)),
             },
@@ -121,36 +120,45 @@ impl Plans {
         Ok(staged)
     }
 
-    /// Tells whether the upload asks for more than the active plan does. A plan is large: this and its commit must not share a
-    /// frame of the stack.
-    #[inline(never)]
+    /// Tells whether the upload asks for more than the active plan does.
     pub(crate) fn asks_for_more(&mut self, chip: &mut Chip, crc: u32) -> Result<bool, Refusal> {
         let staged = self.staged(chip, crc)?;
-        let plan = read(chip, &staged, self.buffer)?;
+        self.take_back();
+        let slot = self.spare.as_mut().ok_or(Refusal::LampsInMotion { retry: RETRY })?;
+        let plan = read(chip, &staged, self.buffer, slot)?;
         Ok(match &self.active {
-            Some(active) => active.bounds.are_exceeded_by(&plan),
-            None => Bounds::default().are_exceeded_by(&plan),
+            Some(active) => active.bounds.are_exceeded_by(plan),
+            None => Bounds::default().are_exceeded_by(plan),
         })
     }
 
     /// Verifies the upload, makes it the newest record and hands it to the controller.
-    #[inline(never)]
     pub(crate) fn commit(&mut self, chip: &mut Chip, crc: u32) -> Result<(), Refusal> {
         let staged = self.staged(chip, crc)?;
-        let plan = read(chip, &staged, self.buffer)?;
         // The slot of the plan before comes back within one step.
         self.take_back();
         let Some(slot) = self.spare.take() else { return Err(Refusal::LampsInMotion { retry: RETRY }) };
-        let finished = self.upload.take().map(|writer| writer.finish(chip));
-        let Some(Ok(record)) = finished else {
-            self.spare = Some(slot);
-            return Err(Refusal::StorageFailed);
-        };
-        self.active = Some(Active::new(record, &plan));
-        *slot = Some(plan);
-        // There is one spare slot, so the channel of one is empty.
-        let _ = NEW_PLAN.try_send(slot);
+        let made = self.make_active(chip, &staged, slot);
+        match made {
+            // There is one spare slot, so the channel of one is empty.
+            Ok(()) => drop(NEW_PLAN.try_send(slot)),
+            Err(_) => self.spare = Some(slot),
+        }
+        made?;
         info!("new plan, CRC {:08x}", crc);
+        Ok(())
+    }
+
+    fn make_active(
+        &mut self,
+        chip: &mut Chip,
+        staged: &Record,
+        slot: &mut Option<ValidPlan>,
+    ) -> Result<(), Refusal> {
+        let plan = read(chip, staged, self.buffer, slot)?;
+        let writer = self.upload.take().ok_or(Refusal::NoUpload)?;
+        let record = writer.finish(chip).map_err(|_| Refusal::StorageFailed)?;
+        self.active = Some(Active::new(record, plan));
         Ok(())
     }
 
@@ -183,9 +191,16 @@ pub(crate) fn wait_for_steady_lamps() -> Result<(), Refusal> {
     if controller::lamps_are_steady() { Ok(()) } else { Err(Refusal::LampsInMotion { retry: RETRY }) }
 }
 
-fn read(chip: &mut Chip, record: &Record, buffer: &mut Buffer) -> Result<ValidPlan, Refusal> {
+/// Reads a plan into a slot: a plan is too large to be handed about on the stack.
+fn read<'a>(
+    chip: &mut Chip,
+    record: &Record,
+    buffer: &mut Buffer,
+    slot: &'a mut Option<ValidPlan>,
+) -> Result<&'a ValidPlan, Refusal> {
+    *slot = None;
     let used = record.read(chip, 0, buffer).map_err(|_| Refusal::StorageFailed)?;
     let bytes = buffer.get(..used).ok_or(Refusal::StorageFailed)?;
     let plan = plan_file::decode(bytes).map_err(|_| Refusal::UnreadablePlan)?;
-    ValidPlan::new(plan).map_err(Refusal::UnfitPlan)
+    Ok(slot.insert(ValidPlan::new(plan).map_err(Refusal::UnfitPlan)?))
 }
