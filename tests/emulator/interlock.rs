@@ -51,7 +51,7 @@ fn a_lit_lamp_is_dark_within_twenty_microseconds_at_any_moment() {
     let mut host = Host::greet(&mut bench, &address);
     let moments = std::env::var("VITRINE_MOMENTS").map_or(MOMENTS, |text| text.parse().expect("a number"));
     let mut random = 1_u64;
-    let (mut latencies, mut in_erases) = (Vec::new(), 0);
+    let (mut latencies, mut in_erases, mut unlit) = (Vec::new(), 0, 0);
     for moment in 0..moments {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         // Somebody walks about, so that the lamps fade; sensors are read; every tenth moment a host asks.
@@ -65,10 +65,11 @@ fn a_lit_lamp_is_dark_within_twenty_microseconds_at_any_moment() {
         let gp = if random >> 63 == 0 { INTERLOCK_A } else { INTERLOCK_B };
         let steps = bench.flash_steps();
         let trip = bench.trip(gp, true, (random >> 20) % (25 * MILLISECOND), 50 * MILLISECOND);
-        assert!(trip.was_lit, "moment {moment}: nothing to make dark");
         assert!(trip.dark, "moment {moment} at {} ns: GP{gp} did not make it dark", bench.now);
         let latency = *trip.latencies.iter().max().expect("three pins");
-        if latency > DARK_WITHIN && bench.flash_steps() > steps {
+        if !trip.was_lit {
+            unlit += 1;
+        } else if latency > DARK_WITHIN && bench.flash_steps() > steps {
             // The log is full of spikes by now, and a sector of it was being erased: the hardware path is the one that counts.
             assert!(latency <= ERASE, "moment {moment}: {latency} ns");
             in_erases += 1;
@@ -93,9 +94,11 @@ fn a_lit_lamp_is_dark_within_twenty_microseconds_at_any_moment() {
         "interlock to dark over {moments} moments: median {} ns, worst {worst} ns",
         latencies[latencies.len() / 2]
     );
-    println!("and {in_erases} while a sector was erased");
+    println!("and {in_erases} while a sector was erased; {unlit} more found nothing lit");
     assert!(worst <= DARK_WITHIN, "{worst} ns");
     assert!(in_erases * 20 <= moments, "{in_erases} moments in erases");
+    // A fade may just begin.
+    assert!(unlit * 50 <= moments, "{unlit} moments in the dark");
     assert_eq!(bench.take_resets(), 0);
 }
 
