@@ -14,6 +14,12 @@ RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --document-private-items
 say "tests"
 cargo test --no-fail-fast
 
+say "printed sheets, read by other programs"
+tests/install.sh libtiff-tools imagemagick poppler-utils qpdf
+cargo build -p vitrine
+cargo clippy -p vitrine-tests --features print-tools --test print -- -D warnings
+cargo test -p vitrine-tests --features print-tools --test print
+
 say "instructions of the design engine"
 command -v valgrind > /dev/null || tests/install.sh valgrind
 host-tool/benches/instructions.sh

@@ -17,6 +17,7 @@ pub mod measure;
 pub mod object;
 pub mod optics;
 pub mod picture;
+pub mod print;
 pub mod projection;
 pub mod self_test;
 mod simd;

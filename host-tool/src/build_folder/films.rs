@@ -1,12 +1,14 @@
 //! The films as PNG files: ink as it is, 8 or 16 bits a channel, film 1 on top.
 
-use std::io::Cursor;
-use std::path::Path;
+use std::fs::File;
+use std::io::{BufReader, Cursor};
+use std::path::{Path, PathBuf};
 
 use png::{BitDepth, ColorType};
 use rayon::prelude::*;
 use thiserror::Error;
 
+use super::read::OpenError;
 use crate::volume::{InkDepth, Volume};
 
 /// Why a film cannot be read.
@@ -65,10 +67,7 @@ pub(super) fn decode(volume: &mut Volume, film: usize, bytes: &[u8]) -> Result<(
     let info = reader.info();
     let (width, height) = (volume.width(), volume.height());
     if (info.width as usize, info.height as usize) != (width, height) {
-        return Err(FilmError::Kind(format!(
-            "{width} x {height} pixels, but {} x {}",
-            info.width, info.height
-        )));
+        return Err(FilmError::other_size((width, height), info));
     }
     let size = reader.output_buffer_size().ok_or_else(|| FilmError::Kind("small enough".to_owned()))?;
     let mut samples = vec![0; size];
@@ -80,11 +79,61 @@ pub(super) fn decode(volume: &mut Volume, film: usize, bytes: &[u8]) -> Result<(
             let wide: Vec<u16> = samples.as_chunks().0.iter().map(|pair| u16::from_be_bytes(*pair)).collect();
             volume.set_film_rgb16(film, &wide)
         }
-        (color, bits) => {
-            return Err(FilmError::Kind(format!("8- or 16-bit RGB, but {color:?} of {} bits", bits as u8)));
-        }
+        (color, bits) => return Err(FilmError::other_kind(color, bits)),
     };
     stored.map_err(|error| FilmError::Kind(format!("of the right size: {error}")))
+}
+
+/// A film that is read row by row, so that even a large one takes little memory.
+pub struct FilmRows {
+    reader: png::Reader<BufReader<File>>,
+    path: PathBuf,
+    wide: bool,
+}
+
+impl FilmRows {
+    /// Opens the film at `path`.
+    ///
+    /// # Errors
+    /// Fails when it is no RGB picture of `width` x `height` pixels.
+    pub(super) fn open(path: &Path, width: usize, height: usize) -> Result<Self, FilmError> {
+        let reader = png::Decoder::new(BufReader::new(File::open(path)?)).read_info()?;
+        let info = reader.info();
+        if (info.width as usize, info.height as usize) != (width, height) {
+            return Err(FilmError::other_size((width, height), info));
+        }
+        let wide = match (info.color_type, info.bit_depth, info.interlaced) {
+            (ColorType::Rgb, BitDepth::Eight, false) => false,
+            (ColorType::Rgb, BitDepth::Sixteen, false) => true,
+            (color, bits, _) => return Err(FilmError::other_kind(color, bits)),
+        };
+        Ok(Self { reader, path: path.to_owned(), wide })
+    }
+
+    /// The next row from the top: interleaved red, green and blue, 65,535 for full ink.
+    ///
+    /// # Errors
+    /// Fails where the file is damaged, and after the last row.
+    pub fn next_row(&mut self) -> Result<Vec<u16>, OpenError> {
+        let bad = |source| OpenError::BadFilm { path: self.path.clone(), source };
+        let row = self.reader.next_row().map_err(|error| bad(error.into()))?;
+        let row = row.ok_or_else(|| bad(FilmError::Kind("as high as the stack's films".to_owned())))?;
+        Ok(match self.wide {
+            true => row.data().as_chunks().0.iter().map(|pair| u16::from_be_bytes(*pair)).collect(),
+            // 255 becomes 65,535.
+            false => row.data().iter().map(|&value| u16::from(value) * 257).collect(),
+        })
+    }
+}
+
+impl FilmError {
+    fn other_size((width, height): (usize, usize), info: &png::Info<'_>) -> Self {
+        Self::Kind(format!("{width} x {height} pixels, but {} x {}", info.width, info.height))
+    }
+
+    fn other_kind(color: ColorType, bits: BitDepth) -> Self {
+        Self::Kind(format!("8- or 16-bit RGB row by row, but {color:?} of {} bits", bits as u8))
+    }
 }
 
 /// Reads the film at `path` into `volume` and gives its bytes' BLAKE3.

@@ -10,7 +10,7 @@ use crate::config::Exhibit;
 /// What marks a folder as a build.
 pub const FORMAT: &str = "vitrine-build";
 /// The version of the build folder's layout.
-pub const LAYOUT: u32 = 2;
+pub const LAYOUT: u32 = 3;
 
 /// What went into a build and what came out of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -18,7 +18,7 @@ mod turn;
 mod whole;
 mod write;
 
-pub use films::{FilmError, film_name};
+pub use films::{FilmError, FilmRows, film_name};
 pub use look::{Look, LookRequest, look, look_png};
 pub(crate) use manifest::portable_name;
 pub use manifest::{FORMAT, LAYOUT, Manifest};

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 use thiserror::Error;
 
-use super::films::{FilmError, film_name, read_film};
+use super::films::{FilmError, FilmRows, film_name, read_film};
 use super::manifest::{FORMAT, LAYOUT, Manifest};
 use crate::volume::Volume;
+use vitrine_exhibit::plan::Plan;
 
 /// Why a build cannot be used.
 #[derive(Debug, Error, Diagnostic)]
@@ -131,6 +132,17 @@ impl BuildFolder {
         Ok(Films { volume, changed })
     }
 
+    /// Opens film `film` (0 on top) to read it row by row.
+    ///
+    /// # Errors
+    /// Fails when it cannot be read or has another size than the stack.
+    pub fn film_rows(&self, film: usize) -> Result<FilmRows, OpenError> {
+        let stack = self.manifest.exhibit.film_stack();
+        let path = self.path.join(film_name(film));
+        FilmRows::open(&path, stack.width_px, stack.height_px)
+            .map_err(|source| OpenError::BadFilm { path, source })
+    }
+
     /// Reads a picture of the build, `name` being its path within it.
     ///
     /// # Errors
@@ -141,6 +153,19 @@ impl BuildFolder {
             Ok(picture) => Ok(picture.to_rgb8()),
             Err(error) => Err(OpenError::BadPicture { path, cause: error.to_string() }),
         }
+    }
+
+    /// BLAKE3 of the volume in hexadecimal digits, as the plan has it.
+    ///
+    /// # Errors
+    /// Fails when the plan cannot be read.
+    pub fn volume_blake3(&self) -> Result<String, OpenError> {
+        let path = self.path.join("plan.json");
+        let text = std::fs::read_to_string(&path)
+            .map_err(|source| OpenError::NoPlan { path: path.clone(), source })?;
+        let plan: Result<Plan, _> = serde_json::from_str(&text);
+        let plan = plan.map_err(|error| OpenError::NoPlan { path, source: error.into() })?;
+        Ok(blake3::Hash::from_bytes(plan.volume.blake3).to_hex().to_string())
     }
 
     /// Reads the plan as it is uploaded.

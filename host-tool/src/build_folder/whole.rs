@@ -111,15 +111,23 @@ impl WholeFolder {
     /// # Errors
     /// Fails when the file cannot be written; a full disk shows here.
     pub fn write(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
+        let mut file = self.create(name)?;
+        file.write_all(bytes)?;
+        file.sync_all()
+    }
+
+    /// Makes one file to be written, `name` being relative to the folder.
+    ///
+    /// # Errors
+    /// Fails when the file cannot be made.
+    pub fn create(&self, name: &str) -> io::Result<File> {
         let path = self.path().join(name);
         if let Some(parent) = path.parent() {
             // An interrupt holds the lock while it takes folders away: none is made again behind its back.
             let _unfinished = unfinished();
             fs::create_dir_all(parent)?;
         }
-        let mut file = File::create(path)?;
-        file.write_all(bytes)?;
-        file.sync_all()
+        File::create(path)
     }
 
     /// Puts the folder in its place; what was there is taken away afterwards.

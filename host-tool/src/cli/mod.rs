@@ -19,6 +19,7 @@ mod model;
 mod new;
 mod outlook;
 mod output;
+mod print;
 mod progress;
 mod requests;
 mod rows;
@@ -74,6 +75,7 @@ enum Command {
     Calibrate(calibrate::Calibrate),
     Materials(materials::Materials),
     Experiment(experiment::Experiment),
+    Print(print::Print),
     Devices(devices::Devices),
     Upload(upload::Upload),
     Status(status::Status),
@@ -133,6 +135,7 @@ fn run(command: Command, output: Output) -> Result<(), Report> {
         Command::Calibrate(command) => command.run(output),
         Command::Materials(command) => command.run(output),
         Command::Experiment(command) => command.run(output),
+        Command::Print(command) => command.run(output),
         Command::Devices(command) => command.run(output),
         Command::Upload(command) => command.run(output),
         Command::Status(command) => command.run(output),

@@ -197,10 +197,16 @@ pub struct PrintSettings {
     pub levels: Option<u16>,
     /// Whether registration marks are printed.
     pub marks: bool,
-    /// The sheet to print on.
+    /// The paper to print on, by its name.
     pub paper: String,
     /// How film values become ink.
     pub ink: InkSettings,
+    /// Whether sheets are printed mirrored, on the back of the film.
+    pub mirrored: bool,
+    /// Diameter of the pins that hold the films.
+    pub pin_mm: f64,
+    /// What full ink of one channel takes: 1,440 x 720 drops an inch of 6 pl, which is assumed, lay 9.6 ml/m2.
+    pub ink_ml_m2: f64,
 }
 
 /// The two lamps.

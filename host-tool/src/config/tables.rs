@@ -17,6 +17,7 @@ use super::problem::{Problem, Problems};
 use super::reader::{Bounds, TableReader, as_number, as_whole};
 use super::{ink, materials};
 use crate::picture::Picture;
+use crate::print::Paper;
 
 /// The most values a volume may have, per colour: 2 GiB as 16-bit RGB.
 pub const MOST_VOXELS: u64 = 360_000_000;
@@ -383,21 +384,39 @@ pub(super) fn print(mut reader: TableReader<'_>, folder: &Path, problems: &mut P
             }
         }
     }
-    let paper = reader.choice(
-        "paper",
-        &[("A4", "A4"), ("A3", "A3"), ("A2", "A2"), ("A1", "A1"), ("A0", "A0"), ("letter", "letter")],
-    );
+    let paper = paper(&mut reader);
     let settings = PrintSettings {
         dpi_x: reader.number("dpi_x", 5760.0, dpi),
         dpi_y: reader.number("dpi_y", 1440.0, dpi),
         inks,
         levels: levels(&mut reader),
         marks: reader.truth("marks", true),
-        paper: paper.unwrap_or("A4").to_owned(),
         ink: ink::ink(&mut reader, folder),
+        paper,
+        mirrored: reader.truth("mirrored", false),
+        pin_mm: reader.number(
+            "pin_mm",
+            3.0,
+            bounds(0.5, 6.0, "the border that carries the holes is 7 mm wide"),
+        ),
+        ink_ml_m2: reader.number(
+            "ink_ml_m2",
+            10.0,
+            bounds(0.1, 200.0, "weigh a sheet before and after to measure it"),
+        ),
     };
     reader.finish(problems);
     settings
+}
+
+/// `paper = "A4"` or another that is known.
+fn paper(reader: &mut TableReader<'_>) -> String {
+    const DEFAULT: &str = "A4";
+    let Some(text) = reader.text("paper") else { return DEFAULT.to_owned() };
+    if let Err(error) = text.value.parse::<Paper>() {
+        reader.report_value(text.span, error.to_string(), "roll widths are 50 to 5500 mm".to_owned());
+    }
+    text.value.to_owned()
 }
 
 /// `levels = 2`, `4`, `16` or `"continuous"`.

@@ -8,6 +8,7 @@ mod help;
 mod ink;
 mod link;
 mod outlook;
+mod print;
 mod slice;
 mod support;
 mod turn;

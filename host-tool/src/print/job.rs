@@ -1,0 +1,208 @@
+//! All sheets of a stack: what is on them, and where.
+
+use miette::Diagnostic;
+use serde::Serialize;
+use thiserror::Error;
+
+use super::dots::{DotAxis, INCH_MM, Resolution, TooCoarse};
+use super::drawing::Drawing;
+use super::layout::{Arrangement, PaperTooSmall, Pieces};
+use super::marks::Labels;
+use crate::config::Exhibit;
+use crate::stack::Stack;
+
+/// How a stack is to be printed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrintRequest {
+    /// The films.
+    pub stack: Stack,
+    /// The exhibit's name.
+    pub exhibit: String,
+    /// BLAKE3 of the volume in hexadecimal digits.
+    pub volume_blake3: String,
+    /// Names of the inks in the three channels.
+    pub inks: [String; 3],
+    /// Dots per inch.
+    pub resolution: Resolution,
+    /// What is printed on.
+    pub arrangement: Arrangement,
+    /// Whether registration marks, captions and legends are printed.
+    pub marks: bool,
+    /// Whether left and right change places, for the back of the film.
+    pub mirrored: bool,
+    /// Diameter of the pins that hold the films.
+    pub pin_mm: f64,
+}
+
+/// Why sheets cannot be laid out.
+#[derive(Debug, Error, Diagnostic)]
+pub enum LayoutError {
+    /// The printer's dots are coarser than the pixels.
+    #[error(transparent)]
+    #[diagnostic(
+        code("vitrine::print::too_coarse"),
+        help("raise `dpi_x` and `dpi_y` in [print], or --dpi, or design fewer `pixels` in [stack]")
+    )]
+    TooCoarse(#[from] TooCoarse),
+    /// The paper is too small for one film.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    PaperTooSmall(#[from] PaperTooSmall),
+}
+
+/// All sheets of a stack.
+#[derive(Clone, Debug)]
+pub struct PrintJob {
+    pub(super) request: PrintRequest,
+    pub(super) across: DotAxis,
+    pub(super) down: DotAxis,
+    pub(super) sheets: Vec<Sheet>,
+    pub(super) waste: f64,
+}
+
+/// One sheet in dots.
+#[derive(Clone, Debug)]
+pub(super) struct Sheet {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) films: Vec<PlacedFilm>,
+    pub(super) drawing: Drawing,
+}
+
+/// A film on a sheet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct PlacedFilm {
+    /// Its number, 1 on top.
+    pub film: usize,
+    /// Dots from the sheet's left edge to the picture.
+    pub x_dots: usize,
+    /// Dots from the sheet's upper edge to the picture.
+    pub y_dots: usize,
+}
+
+/// How many digits of the volume's hash the marks show.
+const SHOWN_DIGITS: usize = 12;
+/// The thinnest lines in mm; where dots are larger, a dot.
+const HAIRLINE_MM: f64 = 0.1;
+
+impl PrintRequest {
+    /// As the exhibit's `[print]` says, on sheets laid out by `arrangement`.
+    pub fn new(exhibit: &Exhibit, volume_blake3: String, arrangement: Arrangement) -> Self {
+        let print = &exhibit.print;
+        Self {
+            stack: exhibit.film_stack(),
+            exhibit: exhibit.name.clone(),
+            volume_blake3,
+            inks: print.inks.clone(),
+            resolution: Resolution { dpi_x: print.dpi_x, dpi_y: print.dpi_y },
+            arrangement,
+            marks: print.marks,
+            mirrored: print.mirrored,
+            pin_mm: print.pin_mm,
+        }
+    }
+}
+
+impl PrintJob {
+    /// Lays the films out.
+    ///
+    /// # Errors
+    /// When the printer is too coarse for the pixels, or the paper too small for one film.
+    pub fn new(request: PrintRequest) -> Result<Self, LayoutError> {
+        let (stack, resolution) = (&request.stack, request.resolution);
+        let across = DotAxis::new(stack.width_px, stack.width_mm, resolution.dpi_x)?;
+        let down = DotAxis::new(stack.height_px, stack.height_mm(), resolution.dpi_y)?;
+        let pieces = Pieces {
+            films: stack.films,
+            width_mm: stack.width_mm,
+            height_mm: stack.height_mm(),
+            marks: request.marks,
+        };
+        let layout = pieces.laid_out(request.arrangement)?;
+        let labels = request.labels();
+        let border = pieces.border_mm();
+        let count = layout.sheets.len();
+        let mut sheets = Vec::new();
+        for (index, planned) in layout.sheets.iter().enumerate() {
+            let width = resolution.x(planned.width_mm);
+            let mut drawing = Drawing::new(request.hairline_mm());
+            let mut films = Vec::new();
+            for &(film, x, y) in &planned.places {
+                let left = resolution.x(x + border);
+                let mirrored = width.saturating_sub(left + across.dots());
+                let x_dots = if request.mirrored { mirrored } else { left };
+                films.push(PlacedFilm { film: film + 1, x_dots, y_dots: resolution.y(y + border) });
+                if request.marks {
+                    labels.film(&mut drawing, film, (x, y), (pieces.width_mm, pieces.height_mm));
+                }
+            }
+            if let (Some(legend), [first, .., last] | [first @ last]) = (&planned.legend, films.as_slice()) {
+                labels.legend(&mut drawing, legend, (index + 1, count), (first.film, last.film));
+            }
+            if request.mirrored {
+                drawing.mirror(width as f64 / resolution.dpi_x * INCH_MM);
+            }
+            sheets.push(Sheet { width, height: resolution.y(planned.height_mm), films, drawing });
+        }
+        Ok(Self { across, down, sheets, waste: layout.waste, request })
+    }
+
+    /// How many sheets there are.
+    pub fn sheets(&self) -> usize {
+        self.sheets.len()
+    }
+
+    /// The part of the paper that is no film with its marks, 0..=1.
+    pub fn waste(&self) -> f64 {
+        self.waste
+    }
+
+    /// What was asked for.
+    pub fn request(&self) -> &PrintRequest {
+        &self.request
+    }
+
+    /// Width and height of a film's picture in dots.
+    pub fn film_dots(&self) -> (usize, usize) {
+        (self.across.dots(), self.down.dots())
+    }
+
+    /// A film's picture by itself.
+    pub(super) fn alone(&self, film: usize) -> Sheet {
+        let (width, height) = self.film_dots();
+        let films = vec![PlacedFilm { film, x_dots: 0, y_dots: 0 }];
+        Sheet { width, height, films, drawing: Drawing::new(HAIRLINE_MM) }
+    }
+}
+
+impl PrintRequest {
+    fn labels(&self) -> Labels {
+        let Resolution { dpi_x, dpi_y } = self.resolution;
+        let way = if self.mirrored { "mirrored: front through the film" } else { "not mirrored" };
+        Labels {
+            exhibit: self.exhibit.clone(),
+            films: self.stack.films,
+            volume: self.short_hash().to_owned(),
+            inks: self.inks.clone(),
+            printing: format!("{dpi_x} x {dpi_y} dpi, {way}"),
+            pin_mm: self.pin_mm,
+        }
+    }
+
+    /// The first digits of the volume's hash.
+    pub(super) fn short_hash(&self) -> &str {
+        self.volume_blake3.get(..SHOWN_DIGITS).unwrap_or(&self.volume_blake3)
+    }
+
+    fn hairline_mm(&self) -> f64 {
+        let coarser = self.resolution.dpi_x.min(self.resolution.dpi_y);
+        HAIRLINE_MM.max(INCH_MM / coarser * 1.001)
+    }
+}
+
+impl Sheet {
+    /// Width and height of the sheet in mm, to the dot.
+    pub(super) fn size_mm(&self, resolution: Resolution) -> (f64, f64) {
+        (self.width as f64 / resolution.dpi_x * INCH_MM, self.height as f64 / resolution.dpi_y * INCH_MM)
+    }
+}

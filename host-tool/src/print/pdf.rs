@@ -1,0 +1,303 @@
+//! Sheets as PDF files: films as 16-bit pictures of their dots, marks as outlines.
+//!
+//! The three inks are a DeviceN colour space under the names in exhibit.toml, 1 for full ink, so that a raster image
+//! processor puts each into its channel; what shows no inks shows them as paint on paper. Pictures lie on the printer's
+//! dots. Files are written as they grow: nothing larger than a part of a film is held in memory.
+
+use std::io::{self, Write};
+
+use kurbo::PathEl;
+use pdf_writer::types::Predictor;
+use pdf_writer::{Chunk, Content, Filter, Finish, Name, Rect, Ref, TextStr};
+use rayon::prelude::*;
+
+use super::deflate::{Deflater, Piece, Stream};
+use super::dots::INCH_MM;
+use super::drawing::Drawing;
+use super::job::{PrintJob, Sheet};
+use super::rows::{OpenFilm, SheetRows};
+use super::separation::Separation;
+use super::write::PrintError;
+use crate::volume::CHANNELS;
+
+/// PDF's unit, the point, in an inch.
+const INCH_POINTS: f64 = 72.0;
+/// Bytes of dots in one picture: films with more become several pictures, one below the other.
+const PICTURE_BYTES: usize = 1 << 28;
+
+/// Points of a length in mm.
+pub(super) fn points(mm: f64) -> f64 {
+    mm / INCH_MM * INCH_POINTS
+}
+
+/// A PDF file that grows object by object.
+pub(super) struct PdfFile<W> {
+    out: W,
+    at: u64,
+    /// Where each object begins, the first being object 1.
+    places: Vec<u64>,
+}
+
+impl<W: Write> PdfFile<W> {
+    pub(super) fn begin(out: W) -> io::Result<Self> {
+        let mut file = Self { out, at: 0, places: Vec::new() };
+        // Four bytes beyond ASCII tell programs that the file is binary.
+        file.put(b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n")?;
+        Ok(file)
+    }
+
+    /// A number for an object that is still to be written.
+    pub(super) fn reserve(&mut self) -> Ref {
+        self.places.push(0);
+        Ref::new(self.places.len() as i32)
+    }
+
+    /// Writes the object `id`, and nothing else, as `build` puts it into a chunk.
+    pub(super) fn object(&mut self, id: Ref, build: impl FnOnce(&mut Chunk)) -> io::Result<()> {
+        let mut chunk = Chunk::new();
+        build(&mut chunk);
+        if let Some(place) = self.places.get_mut(id.get() as usize - 1) {
+            *place = self.at;
+        }
+        self.put(chunk.as_bytes())
+    }
+
+    /// Writes a compressed stream of drawing operators as a new object.
+    pub(super) fn content(&mut self, content: Content) -> io::Result<Ref> {
+        let operators = content.finish();
+        let mut stream = Stream::new();
+        stream.push(&Deflater::new().piece(operators.as_slice()));
+        let (id, bytes) = (self.reserve(), stream.finish());
+        self.object(id, |chunk| {
+            chunk.stream(id, &bytes).filter(Filter::FlateDecode);
+        })?;
+        Ok(id)
+    }
+
+    /// Writes the pages' root, the catalogue, the title and the table of objects.
+    pub(super) fn end(mut self, tree: Ref, pages: &[Ref], title: &str) -> io::Result<W> {
+        let (catalog, information) = (self.reserve(), self.reserve());
+        self.object(tree, |chunk| {
+            chunk.pages(tree).kids(pages.iter().copied()).count(pages.len() as i32);
+        })?;
+        self.object(catalog, |chunk| {
+            chunk.indirect(catalog).start::<pdf_writer::writers::Catalog<'_>>().pages(tree);
+        })?;
+        self.object(information, |chunk| {
+            let mut dictionary = chunk.indirect(information).dict();
+            dictionary.pair(Name(b"Title"), TextStr(title));
+            dictionary.pair(Name(b"Producer"), TextStr(concat!("vitrine ", env!("CARGO_PKG_VERSION"))));
+        })?;
+        let table = self.at;
+        let count = self.places.len() + 1;
+        let mut end = format!("xref\n0 {count}\n0000000000 65535 f \n");
+        for place in &self.places {
+            end.push_str(&format!("{place:010} 00000 n \n"));
+        }
+        end.push_str(&format!(
+            "trailer\n<< /Size {count} /Root {} 0 R /Info {} 0 R >>\nstartxref\n{table}\n%%EOF\n",
+            catalog.get(),
+            information.get()
+        ));
+        self.put(end.as_bytes())?;
+        self.out.flush()?;
+        Ok(self.out)
+    }
+
+    fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.at += bytes.len() as u64;
+        self.out.write_all(bytes)
+    }
+}
+
+/// Writes `sheet`, the one of this index.
+pub(super) fn write<W: Write>(
+    out: W,
+    job: &PrintJob,
+    index: usize,
+    sheet: &Sheet,
+    open: OpenFilm<'_>,
+    separation: &dyn Separation,
+) -> Result<(), PrintError> {
+    let resolution = job.request.resolution;
+    let mut file = PdfFile::begin(out)?;
+    let space = ink_space(&mut file, &job.request.inks)?;
+    let mut pictures = Vec::new();
+    for place in &sheet.films {
+        let mut row = place.y_dots;
+        for (id, rows) in film_pictures(&mut file, job, place.film, space, open, separation)? {
+            pictures.push((id, place.x_dots, row, rows));
+            row += rows;
+        }
+    }
+    let height = sheet.height as f64 / resolution.dpi_y * INCH_POINTS;
+    let mut content = Content::new();
+    for (number, &(_, x, y, rows)) in pictures.iter().enumerate() {
+        let across = |dots: usize| (dots as f64 / resolution.dpi_x * INCH_POINTS) as f32;
+        let down = |dots: usize| dots as f64 / resolution.dpi_y * INCH_POINTS;
+        content.save_state();
+        let (width, bottom) = (across(job.across.dots()), (height - down(y + rows)) as f32);
+        content.transform([width, 0.0, 0.0, down(rows) as f32, across(x), bottom]);
+        content.x_object(Name(picture_name(number).as_bytes()));
+        content.restore_state();
+    }
+    content.set_fill_color_space(pdf_writer::types::ColorSpaceOperand::Named(Name(b"Inks")));
+    draw(&mut content, &sheet.drawing, height);
+    let contents = file.content(content)?;
+    let (page, tree) = (file.reserve(), file.reserve());
+    let (width_mm, height_mm) = sheet.size_mm(resolution);
+    file.object(page, |chunk| {
+        let mut page = chunk.page(page);
+        page.parent(tree).contents(contents);
+        page.media_box(Rect::new(0.0, 0.0, points(width_mm) as f32, points(height_mm) as f32));
+        let mut resources = page.resources();
+        resources.color_spaces().pair(Name(b"Inks"), space);
+        let mut names = resources.x_objects();
+        for (number, picture) in pictures.iter().enumerate() {
+            names.pair(Name(picture_name(number).as_bytes()), picture.0);
+        }
+    })?;
+    let title = format!("{}, sheet {} of {}", job.request.exhibit, index + 1, job.sheets.len());
+    file.end(tree, &[page], &title)?;
+    Ok(())
+}
+
+fn picture_name(number: usize) -> String {
+    format!("F{number}")
+}
+
+/// The colour space of the three inks. On a screen each takes away the light of the two other colours, as paint does.
+fn ink_space<W: Write>(file: &mut PdfFile<W>, names: &[String; 3]) -> io::Result<Ref> {
+    // The paint's look: red = (1 - g)(1 - b), green = (1 - r)(1 - b), blue = (1 - r)(1 - g).
+    const LOOK: &[u8] = b"{ 1 exch sub 3 1 roll 1 exch sub 3 1 roll 1 exch sub 3 1 roll \
+        2 index 2 index mul 4 1 roll dup 4 -1 roll mul 3 1 roll mul 3 1 roll exch }";
+    let (space, look) = (file.reserve(), file.reserve());
+    file.object(look, |chunk| {
+        let mut function = chunk.post_script_function(look, LOOK);
+        function.domain([0.0, 1.0, 0.0, 1.0, 0.0, 1.0]).range([0.0, 1.0, 0.0, 1.0, 0.0, 1.0]);
+    })?;
+    file.object(space, |chunk| {
+        let mut inks = chunk.color_space(space).device_n(names.iter().map(|name| Name(name.as_bytes())));
+        inks.alternate_color_space().device_rgb();
+        inks.tint_ref(look);
+    })?;
+    Ok(space)
+}
+
+/// Writes the dots of a film as pictures, one below the other, and gives each with its rows.
+fn film_pictures<W: Write>(
+    file: &mut PdfFile<W>,
+    job: &PrintJob,
+    film: usize,
+    space: Ref,
+    open: OpenFilm<'_>,
+    separation: &dyn Separation,
+) -> Result<Vec<(Ref, usize)>, PrintError> {
+    let sheet = job.alone(film);
+    let samples = sheet.width * CHANNELS;
+    let most_rows = (PICTURE_BYTES / (2 * samples)).max(1);
+    let rows = SheetRows::new(job, &sheet);
+    let mut pictures = Vec::new();
+    let mut stream = Stream::new();
+    let mut held = 0;
+    rows.each(open, separation, &mut |batch| {
+        let workspace = || (Deflater::new(), vec![0u16; samples], vec![0u8; 2 * samples + 1]);
+        let pieces: Vec<Piece> = batch
+            .par_iter()
+            .map_init(workspace, |(deflater, dots, bytes), row| {
+                rows.paint(row, dots);
+                differences(dots, bytes);
+                deflater.piece(bytes)
+            })
+            .collect();
+        for (piece, row) in pieces.iter().zip(batch) {
+            for _ in 0..row.repeat {
+                stream.push(piece);
+                held += 1;
+                if held == most_rows {
+                    let full = std::mem::replace(&mut stream, Stream::new());
+                    pictures.push((picture(file, &sheet, held, space, full)?, held));
+                    held = 0;
+                }
+            }
+        }
+        Ok::<(), PrintError>(())
+    })?;
+    if held > 0 {
+        pictures.push((picture(file, &sheet, held, space, stream)?, held));
+    }
+    Ok(pictures)
+}
+
+fn picture<W: Write>(
+    file: &mut PdfFile<W>,
+    sheet: &Sheet,
+    rows: usize,
+    space: Ref,
+    stream: Stream,
+) -> io::Result<Ref> {
+    let (id, bytes) = (file.reserve(), stream.finish());
+    file.object(id, |chunk| {
+        let mut picture = chunk.image_xobject(id, &bytes);
+        picture.width(sheet.width as i32).height(rows as i32).bits_per_component(16);
+        picture.pair(Name(b"ColorSpace"), space);
+        picture.filter(Filter::FlateDecode);
+        let mut how = picture.decode_parms();
+        how.predictor(Predictor::PngSub).colors(CHANNELS as i32).bits_per_component(16);
+        how.columns(sheet.width as i32);
+        how.finish();
+    })?;
+    Ok(id)
+}
+
+/// The row's bytes less those of the dot to the left, as PNG's filter 1 has them, high bytes first.
+fn differences(dots: &[u16], bytes: &mut [u8]) {
+    const SUB: u8 = 1;
+    let Some((filter, bytes)) = bytes.split_first_mut() else { return };
+    *filter = SUB;
+    let (pairs, _) = bytes.as_chunks_mut::<2>();
+    let (first, rest) = pairs.split_at_mut(CHANNELS);
+    for (pair, ink) in first.iter_mut().zip(dots) {
+        *pair = ink.to_be_bytes();
+    }
+    for ((pair, left), here) in rest.iter_mut().zip(dots).zip(&dots[CHANNELS..]) {
+        let ([high, low], [left_high, left_low]) = (here.to_be_bytes(), left.to_be_bytes());
+        *pair = [high.wrapping_sub(left_high), low.wrapping_sub(left_low)];
+    }
+}
+
+/// Fills all shapes on a page of this height, each with its ink in the colour space that is set.
+pub(super) fn draw(content: &mut Content, drawing: &Drawing, page_height: f64) {
+    let x = |mm: f64| points(mm) as f32;
+    let y = |mm: f64| (page_height - points(mm)) as f32;
+    let mut last = None;
+    for shape in &drawing.shapes {
+        if last != Some(shape.ink) {
+            content.set_fill_color(shape.ink.map(|ink| f32::from(ink) / f32::from(u16::MAX)));
+            last = Some(shape.ink);
+        }
+        let mut at = kurbo::Point::ZERO;
+        for element in shape.path.elements() {
+            match *element {
+                PathEl::MoveTo(to) => {
+                    content.move_to(x(to.x), y(to.y));
+                }
+                PathEl::LineTo(to) => {
+                    content.line_to(x(to.x), y(to.y));
+                }
+                PathEl::QuadTo(middle, to) => {
+                    let (first, second) = (at.lerp(middle, 2.0 / 3.0), to.lerp(middle, 2.0 / 3.0));
+                    content.cubic_to(x(first.x), y(first.y), x(second.x), y(second.y), x(to.x), y(to.y));
+                }
+                PathEl::CurveTo(first, second, to) => {
+                    content.cubic_to(x(first.x), y(first.y), x(second.x), y(second.y), x(to.x), y(to.y));
+                }
+                PathEl::ClosePath => {
+                    content.close_path();
+                }
+            }
+            at = element.end_point().unwrap_or(at);
+        }
+        content.fill_nonzero();
+    }
+}

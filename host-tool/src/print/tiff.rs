@@ -1,0 +1,198 @@
+//! Sheets as 16-bit RGB TIFF files.
+//!
+//! A sample is 65,535 less the ink: white where there is none, so that the sheet looks like paper in every viewer, and a
+//! printer whose channels for cyan, magenta and yellow carry the three inks lays them as they are without any colour
+//! management. Strips are compressed by Deflate with horizontal differencing (TIFF 6.0, sections 14 and the technical
+//! note on compression 8). Files that may grow beyond 4 GiB are BigTIFF.
+
+use std::io::{Seek, Write};
+
+use rayon::prelude::*;
+use tiff::encoder::{DirectoryEncoder, Rational, TiffEncoder, TiffKind, TiffKindBig, TiffKindStandard};
+use tiff::tags::Tag;
+
+use super::deflate::{Deflater, Piece, Stream};
+use super::job::{PrintJob, Sheet};
+use super::rows::{OpenFilm, SheetRows};
+use super::separation::Separation;
+use super::write::PrintError;
+use crate::volume::CHANNELS;
+
+/// Bytes of dots in a strip, about.
+const STRIP_BYTES: usize = 1 << 22;
+
+/// Files that may become larger than this are BigTIFF.
+const CLASSIC_BYTES: u64 = 1 << 31;
+
+/// Writes `sheet`, the one of this index.
+pub(super) fn write<W: Write + Seek>(
+    out: W,
+    job: &PrintJob,
+    index: usize,
+    sheet: &Sheet,
+    open: OpenFilm<'_>,
+    separation: &dyn Separation,
+) -> Result<(), PrintError> {
+    // A pixel's dots take at most six bytes and the reference that repeats them.
+    let pixels = sheet.films.len() as u64 * job.request.stack.width_px as u64 * job.down.dots() as u64;
+    let halftoned = separation.halftone(0).is_some();
+    let most = if halftoned { sheet.width as u64 * sheet.height as u64 * 6 } else { pixels * 9 };
+    if most > CLASSIC_BYTES {
+        let encoder = TiffEncoder::new_generic(out).map_err(PrintError::Tiff)?;
+        write_kind::<W, TiffKindBig>(encoder, job, index, sheet, open, separation)
+    } else {
+        let encoder = TiffEncoder::new_generic(out).map_err(PrintError::Tiff)?;
+        write_kind::<W, TiffKindStandard>(encoder, job, index, sheet, open, separation)
+    }
+}
+
+fn write_kind<W: Write + Seek, K: TiffKind>(
+    mut encoder: TiffEncoder<W, K>,
+    job: &PrintJob,
+    index: usize,
+    sheet: &Sheet,
+    open: OpenFilm<'_>,
+    separation: &dyn Separation,
+) -> Result<(), PrintError> {
+    let mut directory = encoder.image_directory().map_err(PrintError::Tiff)?;
+    let rows = SheetRows::new(job, sheet);
+    let mut strips = Strips::new(&mut directory, sheet);
+    let samples = sheet.width * CHANNELS;
+    rows.each(open, separation, &mut |batch| {
+        let workspace = || (Deflater::new(), vec![0u16; samples], vec![0u8; 2 * samples]);
+        let pieces: Vec<Piece> = batch
+            .par_iter()
+            .map_init(workspace, |(deflater, dots, bytes), row| {
+                rows.paint(row, dots);
+                differences(dots, bytes);
+                deflater.piece(bytes)
+            })
+            .collect();
+        for (piece, row) in pieces.iter().zip(batch) {
+            for _ in 0..row.repeat {
+                strips.push(piece)?;
+            }
+        }
+        Ok::<(), PrintError>(())
+    })?;
+    let (offsets, lengths) = strips.finish()?;
+    describe(&mut directory, job, index, sheet, &offsets, &lengths).map_err(PrintError::Tiff)
+}
+
+/// The differences of each white-less-ink sample to the one of the dot to its left, as TIFF's predictor 2 has them.
+fn differences(dots: &[u16], bytes: &mut [u8]) {
+    let put = |pair: &mut [u8; 2], value: u16| *pair = value.to_ne_bytes();
+    let (pairs, _) = bytes.as_chunks_mut::<2>();
+    let (first, rest) = pairs.split_at_mut(CHANNELS);
+    for (pair, ink) in first.iter_mut().zip(dots) {
+        put(pair, u16::MAX - ink);
+    }
+    for ((pair, left), here) in rest.iter_mut().zip(dots).zip(&dots[CHANNELS..]) {
+        put(pair, left.wrapping_sub(*here));
+    }
+}
+
+/// Rows gathered into strips.
+struct Strips<'a, 'd, W: Write + Seek, K: TiffKind> {
+    directory: &'a mut DirectoryEncoder<'d, W, K>,
+    rows_per_strip: usize,
+    strip: Stream,
+    rows: usize,
+    offsets: Vec<u64>,
+    lengths: Vec<u64>,
+}
+
+impl<'a, 'd, W: Write + Seek, K: TiffKind> Strips<'a, 'd, W, K> {
+    fn new(directory: &'a mut DirectoryEncoder<'d, W, K>, sheet: &Sheet) -> Self {
+        let rows_per_strip = rows_per_strip(sheet);
+        Self {
+            directory,
+            rows_per_strip,
+            strip: Stream::new(),
+            rows: 0,
+            offsets: Vec::new(),
+            lengths: Vec::new(),
+        }
+    }
+
+    fn push(&mut self, piece: &Piece) -> Result<(), PrintError> {
+        self.strip.push(piece);
+        self.rows += 1;
+        if self.rows == self.rows_per_strip { self.end_strip() } else { Ok(()) }
+    }
+
+    fn end_strip(&mut self) -> Result<(), PrintError> {
+        let bytes = std::mem::replace(&mut self.strip, Stream::new()).finish();
+        self.lengths.push(bytes.len() as u64);
+        self.offsets.push(self.directory.write_data(bytes.as_slice()).map_err(PrintError::Tiff)?);
+        self.rows = 0;
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<(Vec<u64>, Vec<u64>), PrintError> {
+        if self.rows > 0 {
+            self.end_strip()?;
+        }
+        Ok((self.offsets, self.lengths))
+    }
+}
+
+fn rows_per_strip(sheet: &Sheet) -> usize {
+    (STRIP_BYTES / (sheet.width * CHANNELS * 2)).max(1).min(sheet.height)
+}
+
+fn describe<W: Write + Seek, K: TiffKind>(
+    directory: &mut DirectoryEncoder<'_, W, K>,
+    job: &PrintJob,
+    index: usize,
+    sheet: &Sheet,
+    offsets: &[u64],
+    lengths: &[u64],
+) -> tiff::TiffResult<()> {
+    const DEFLATE: u16 = 8;
+    const RGB: u16 = 2;
+    const INTERLEAVED: u16 = 1;
+    const INCHES: u16 = 2;
+    const DIFFERENCES: u16 = 2;
+    let request = &job.request;
+    directory.write_tag(Tag::ImageWidth, sheet.width as u32)?;
+    directory.write_tag(Tag::ImageLength, sheet.height as u32)?;
+    directory.write_tag(Tag::BitsPerSample, [16u16; CHANNELS].as_slice())?;
+    directory.write_tag(Tag::Compression, DEFLATE)?;
+    directory.write_tag(Tag::PhotometricInterpretation, RGB)?;
+    let description = format!(
+        "{}, sheet {} of {}, volume {}; ink = 65535 - sample, channels {}",
+        request.exhibit,
+        index + 1,
+        job.sheets.len(),
+        request.volume_blake3,
+        request.inks.join(", "),
+    );
+    directory.write_tag(Tag::ImageDescription, ascii(&description).as_str())?;
+    directory.write_tag(Tag::StripOffsets, K::convert_slice(&places::<K>(offsets)?))?;
+    directory.write_tag(Tag::SamplesPerPixel, CHANNELS as u16)?;
+    directory.write_tag(Tag::RowsPerStrip, rows_per_strip(sheet) as u32)?;
+    directory.write_tag(Tag::StripByteCounts, K::convert_slice(&places::<K>(lengths)?))?;
+    directory.write_tag(Tag::XResolution, rational(request.resolution.dpi_x))?;
+    directory.write_tag(Tag::YResolution, rational(request.resolution.dpi_y))?;
+    directory.write_tag(Tag::PlanarConfiguration, INTERLEAVED)?;
+    directory.write_tag(Tag::ResolutionUnit, INCHES)?;
+    directory.write_tag(Tag::Software, concat!("vitrine ", env!("CARGO_PKG_VERSION")))?;
+    directory.write_tag(Tag::Predictor, DIFFERENCES)?;
+    Ok(())
+}
+
+/// As wide as this kind of file has them.
+fn places<K: TiffKind>(values: &[u64]) -> tiff::TiffResult<Vec<K::OffsetType>> {
+    values.iter().map(|&value| K::convert_offset(value)).collect()
+}
+
+/// To a thousandth of a dot per inch.
+fn rational(dpi: f64) -> Rational {
+    Rational { n: (dpi * 1000.0).round() as u32, d: 1000 }
+}
+
+/// TIFF's texts are ASCII.
+fn ascii(text: &str) -> String {
+    text.chars().map(|letter| if letter.is_ascii() && letter != '\0' { letter } else { '?' }).collect()
+}

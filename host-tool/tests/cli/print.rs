@@ -1,0 +1,106 @@
+//! `vitrine print`: what it says, refuses and leaves behind. Other programs read its files in `tests/print_tools.rs`.
+
+use serde_json::Value;
+
+use super::support::{Finished, Workshop, names};
+
+/// A build of 8 films, 20 x 15 mm, 64 x 48 pixels.
+fn built() -> Workshop {
+    let workshop = Workshop::small();
+    workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    workshop
+}
+
+const PRINT: [&str; 6] = ["print", "build", "-o", "sheets", "--dpi", "360x180"];
+
+fn print(workshop: &Workshop, more: &[&str]) -> Finished {
+    workshop.run(&[&PRINT, more].concat())
+}
+
+#[test]
+fn sheets_are_written_whole_with_their_description() {
+    let workshop = built();
+    let finished = print(&workshop, &["--json"]);
+    assert_eq!(finished.code, Some(0), "{}", finished.stderr);
+    let told: Value = serde_json::from_str(&finished.stdout).unwrap();
+    assert_eq!(
+        names(&workshop.path("sheets")),
+        ["assembly.pdf", "sheet-01.pdf", "sheet-01.tif", "sheets.json"]
+    );
+    let kept = std::fs::read_to_string(workshop.path("sheets/sheets.json")).unwrap();
+    let kept: Value = serde_json::from_str(&kept).unwrap();
+    assert_eq!(told["sheets"], kept["sheets"]);
+    assert_eq!(kept["sheets"][0]["films"].as_array().unwrap().len(), 8);
+    // 20 mm at 360 and 15 mm at 180 dots per inch.
+    assert_eq!(kept["film_dots"], serde_json::json!([283, 106]));
+    let estimate = &told["estimate"];
+    assert_eq!(estimate["films_read"], 8);
+    let written: u64 = ["sheet-01.pdf", "sheet-01.tif"]
+        .map(|name| workshop.path(&format!("sheets/{name}")).metadata().unwrap().len())
+        .iter()
+        .sum();
+    let ratio = estimate["bytes"].as_f64().unwrap() / written as f64;
+    assert!((0.5..1.5).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn the_ink_is_the_films_mean_on_their_area() {
+    let workshop = built();
+    let told: Value = serde_json::from_str(&print(&workshop, &["--dry-run", "--json"]).stdout).unwrap();
+    assert!(!workshop.path("sheets").exists());
+    for channel in 0..3 {
+        let mut sum = 0.0;
+        for film in 1..=8 {
+            let film =
+                image::open(workshop.path(&format!("build/films/film-{film:02}.png"))).unwrap().to_rgb8();
+            sum += film.pixels().map(|pixel| f64::from(pixel.0[channel])).sum::<f64>();
+        }
+        let coverage = sum / 255.0 / (8.0 * 64.0 * 48.0);
+        let estimate = &told["estimate"];
+        assert!((estimate["coverage"][channel].as_f64().unwrap() - coverage).abs() < 1e-4);
+        // 8 films of 20 x 15 mm, 10 ml/m2 where one is full.
+        let millilitres = coverage * 8.0 * 0.020 * 0.015 * 10.0;
+        assert!((estimate["ink_ml"][channel].as_f64().unwrap() - millilitres).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn what_cannot_be_printed_is_refused_with_a_way_out_and_leaves_nothing() {
+    let workshop = built();
+    let before = workshop.names();
+    for (more, code, advice) in [
+        (["--paper", "A9"], "vitrine::print::unknown_paper", "A4 landscape"),
+        (["--paper", "roll 50"], "vitrine::print::paper_too_small", "paper = \"A4\""),
+        (["--dpi", "72"], "vitrine::print::too_coarse", "82"),
+    ] {
+        let arguments = [&["print", "build", "-o", "sheets"], &more[..]].concat();
+        let finished = workshop.run(&arguments);
+        assert_eq!(finished.code, Some(1), "{more:?}: {}", finished.stderr);
+        assert!(finished.stderr.contains(code), "{more:?}: {}", finished.stderr);
+        assert!(finished.stderr.contains(advice), "{more:?}: {}", finished.stderr);
+    }
+    let usage = workshop.run(&["print", "build", "-o", "sheets", "--dpi", "10x720"]);
+    assert_eq!(usage.code, Some(2), "{}", usage.stderr);
+    assert_eq!(workshop.names(), before);
+}
+
+#[test]
+fn only_sheets_are_replaced_and_a_damaged_film_leaves_the_old_ones() {
+    let workshop = built();
+    std::fs::create_dir(workshop.path("sheets")).unwrap();
+    workshop.write("sheets/holiday.txt", "precious");
+    let finished = print(&workshop, &[]);
+    assert!(finished.stderr.contains("vitrine::print::not_sheets"), "{}", finished.stderr);
+    std::fs::remove_file(workshop.path("sheets/holiday.txt")).unwrap();
+    assert_eq!(print(&workshop, &[]).code, Some(0));
+    let sheet = std::fs::read(workshop.path("sheets/sheet-01.tif")).unwrap();
+    let film = workshop.path("build/films/film-05.png");
+    let bytes = std::fs::read(&film).unwrap();
+    std::fs::write(&film, &bytes[..bytes.len() / 2]).unwrap();
+    let before = workshop.names();
+    let finished = print(&workshop, &[]);
+    assert_eq!(finished.code, Some(1));
+    assert!(finished.stderr.contains("film-05.png"), "{}", finished.stderr);
+    assert_eq!(std::fs::read(workshop.path("sheets/sheet-01.tif")).unwrap(), sheet);
+    assert_eq!(workshop.names(), before);
+}
