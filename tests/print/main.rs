@@ -45,7 +45,7 @@ impl Printed {
             .replace("\"least-squares\"", "\"product\"");
         std::fs::write(&toml, text).unwrap();
         vitrine(&["design", "exhibit/exhibit.toml", "-o", "build", "--bits", "16"]);
-        let told = vitrine(&[&["print", "build", "-o", "sheets", "--json"], more].concat());
+        let told = vitrine(&[&["print", "build", "-o", "sheets", "--as-designed", "--json"], more].concat());
         Self { sheets: serde_json::from_slice(&told).unwrap(), folder }
     }
 

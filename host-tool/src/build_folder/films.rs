@@ -96,7 +96,7 @@ impl FilmRows {
     ///
     /// # Errors
     /// Fails when it is no RGB picture of `width` x `height` pixels.
-    pub(super) fn open(path: &Path, width: usize, height: usize) -> Result<Self, FilmError> {
+    pub(crate) fn open(path: &Path, width: usize, height: usize) -> Result<Self, FilmError> {
         let reader = png::Decoder::new(BufReader::new(File::open(path)?)).read_info()?;
         let info = reader.info();
         if (info.width as usize, info.height as usize) != (width, height) {

@@ -90,6 +90,12 @@ impl Chart {
         [MARK_INSET_MM + UPRIGHT_MM, MARK_INSET_MM]
     }
 
+    /// The chart with those patches alone that reach the height `y_mm`: quicker to ask there.
+    pub fn at_height(&self, y_mm: f64) -> Self {
+        let reaches = |patch: &&Patch| (patch.y_mm - y_mm).abs() <= patch.size_mm / 2.0;
+        Self { patches: self.patches.iter().filter(reaches).copied().collect(), ..*self }
+    }
+
     /// The coverage of each ink at a point.
     pub fn coverages_at(&self, x_mm: f64, y_mm: f64) -> [f32; CHANNELS] {
         let distance = |[x, y]: [f64; 2]| (x_mm - x).hypot(y_mm - y);

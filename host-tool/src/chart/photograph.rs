@@ -1,6 +1,6 @@
 //! Photographs of charts, made up for tests.
 
-use super::{Chart, Patch, Perspective};
+use super::{Chart, Perspective};
 use crate::picture::{Picture, srgb_encode};
 
 /// A camera before a chart.
@@ -98,8 +98,7 @@ impl Sheet {
         let (width, height) = ((chart.width_mm * FINE) as usize, (chart.height_mm * FINE) as usize);
         let mm = |index: usize| (index as f64 + 0.5) / FINE;
         let row = |row: usize| {
-            let near = |patch: &&Patch| (patch.y_mm - mm(row)).abs() <= patch.size_mm / 2.0;
-            let chart = Chart { patches: chart.patches.iter().filter(near).copied().collect(), ..*chart };
+            let chart = chart.at_height(mm(row));
             (0..width).map(move |column| chart.coverages_at(mm(column), mm(row)))
         };
         Self { width, height, coverages: (0..height).flat_map(row).collect() }

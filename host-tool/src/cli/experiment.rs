@@ -38,10 +38,10 @@ Examples:
   vitrine experiment films --fit photo.jpg --side lamp   what one film of your own lets through
   vitrine experiment films --fit a.jpg b.jpg --side viewer --overlay found.png --json
 
-Cut 25 strips of film, each 6 mm shorter than the last, and lay them over the middle band of the printed circles, flush
-on the right, so that column n lies behind n strips; the bands above and below stay bare. With the films on the lamp's
-side (--side lamp) the photograph gives tau_uv, with the films on the camera's side (--side viewer) tau_visible, with
-films, lamp and camera all on one side (--side both) their product. tau is found within 1 %.")]
+Cut 25 strips of film, each 6 mm shorter than the last, and lay them over the middle band of the printed circles, flush on
+the right, so that column n lies behind n strips; the bands above and below stay bare. With the films on the lamp's side
+(--side lamp) the photograph gives tau_uv, with the films on the camera's side (--side viewer) tau_visible, with films,
+lamp and camera all on one side (--side both) their product. tau is found within 1 %.")]
 struct Films {
     /// The picture to write, as PNG.
     #[arg(short, long, value_name = "FILE", required_unless_present = "fit", conflicts_with = "fit")]

@@ -7,10 +7,13 @@ use miette::{Diagnostic, Report};
 use serde::Serialize;
 use thiserror::Error;
 use vitrine::build_folder::BuildFolder;
+use vitrine::config::{Exhibit, HalftoneSetting, PrintSettings};
 use vitrine::design;
+use vitrine::experiment::films;
+use vitrine::ink::{CurveFile, Separator, SheetInks, wedge};
 use vitrine::print::{
-    Arrangement, AsDesigned, Estimate, Formats, PrintJob, PrintRequest, Resolution, SheetsFile, UnknownPaper,
-    check_sheets_place,
+    Arrangement, AsDesigned, ChartFilm, Estimate, Formats, OpenFilm, PrintJob, PrintRequest, Resolution,
+    Separation, SheetsFile, UnknownPaper, check_sheets_place,
 };
 
 use super::output::Output;
@@ -25,15 +28,30 @@ Examples:
   vitrine print build -o sheets --paper A3 --format pdf
   vitrine print build -o sheets --paper \"roll 610\" --dpi 1440x720 --mirrored
   vitrine print build -o sheets --each --json | jq '.sheets[].files'
+  vitrine print build -o sheets --halftone blue-noise --curves curves.toml
+  vitrine print --wedge -o wedge --dpi 1440x720      a chart to measure the inks by: see `vitrine calibrate`
+  vitrine print --circles -o circles                 a chart to measure films by: see `vitrine experiment films`
 
 Resolution, paper and marks are those of [print] in exhibit.toml unless given here. Every dot shows the pixel in which its
 centre lies: nothing is interpolated. A TIFF's sample is 65,535 less the ink, so that paper is white; a PDF has the inks as
 three spot colours by their names. Print at 100 %, without fitting to the page and without colour management.
 
+Film values become coverages of the three inks as [print] says: the stronger inks are thinned so that equal values glow
+equally, and measured curves are undone. --as-designed prints the values themselves, for a printer that does all this.
+With a halftone no dot carries two inks. No ICC profile is written: none of three fluorescent inks is known to any
+printer's colour management, which has to be off.
+
 The folder is written whole or not at all; sheets that are there already are replaced, anything else is not.")]
 pub(super) struct Print {
-    /// The build folder.
-    build: PathBuf,
+    /// The build folder; with a chart, whose [print] is to hold for it.
+    #[arg(required_unless_present_any = ["wedge", "circles"])]
+    build: Option<PathBuf>,
+    /// Print the wedge: patches of each ink, to measure them by.
+    #[arg(long, conflicts_with = "circles")]
+    wedge: bool,
+    /// Print circles of each ink, to measure films by.
+    #[arg(long)]
+    circles: bool,
     /// The folder to write the sheets to.
     #[arg(short, long, value_name = "SHEETS")]
     output: PathBuf,
@@ -52,9 +70,39 @@ pub(super) struct Print {
     /// Mirror the sheets, to print on the back of the film.
     #[arg(long)]
     mirrored: bool,
+    /// The inks' measured curves, as `vitrine calibrate` has written them.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["as_designed", "wedge", "circles"])]
+    curves: Option<PathBuf>,
+    /// Who lays out the dots: the printer, or Vitrine in one of two ways.
+    #[arg(long, value_name = "WAY", conflicts_with = "as_designed")]
+    halftone: Option<Way>,
+    /// Print film values as they are: inks are not parted, dots not laid out.
+    #[arg(long)]
+    as_designed: bool,
     /// Tell what printing takes, and write nothing.
     #[arg(long)]
     dry_run: bool,
+}
+
+/// Who lays out the dots.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Way {
+    /// The printer, or its raster image processor.
+    None,
+    /// A mask of blue noise.
+    BlueNoise,
+    /// Error diffusion.
+    ErrorDiffusion,
+}
+
+impl From<Way> for HalftoneSetting {
+    fn from(way: Way) -> Self {
+        match way {
+            Way::None => Self::None,
+            Way::BlueNoise => Self::BlueNoise,
+            Way::ErrorDiffusion => Self::ErrorDiffusion,
+        }
+    }
 }
 
 /// Why films cannot be printed as the command line says.
@@ -63,56 +111,137 @@ enum PrintFailure {
     #[error(transparent)]
     #[diagnostic(code("vitrine::print::unknown_paper"))]
     UnknownPaper(#[from] UnknownPaper),
+    #[error("the build's curves are no curves: {0}")]
+    #[diagnostic(
+        code("vitrine::ink::bad_curves"),
+        help("give measured ones with --curves, or design the exhibit again")
+    )]
+    Curves(String),
+    #[error("an ink limit of {0} cannot be kept by dots side by side, which cover at most 1")]
+    #[diagnostic(
+        code("vitrine::print::limit"),
+        help("lower `ink_limit` in [print], or leave --halftone out")
+    )]
+    Limit(f64),
+    #[error("the chart cannot be drawn")]
+    #[diagnostic(
+        code("vitrine::print::chart"),
+        help("look at the free space and the permissions of the folder for temporary files")
+    )]
+    Chart(#[from] std::io::Error),
 }
 
 /// What was printed, or would be.
 #[derive(Serialize)]
 struct Printed {
     estimate: Estimate,
+    /// The part of the films' pixels that the ink limit dims.
+    dimmed: f64,
     #[serde(flatten)]
     sheets: SheetsFile,
 }
 
 impl Print {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
-        let build = BuildFolder::open(&self.build)?;
         check_sheets_place(&self.output)?;
-        let job = PrintJob::new(self.request(&build)?)?;
-        let open = &|film| build.film_rows(film);
+        let build = self.build.as_deref().map(BuildFolder::open).transpose()?;
+        let settings = build.as_ref().map(|build| build.manifest().exhibit.print.clone()).unwrap_or_default();
+        let (name, chart) = match (self.wedge, self.circles) {
+            (true, _) => ("Ink wedge", wedge()),
+            (_, true) => ("Circles behind films", films::chart()),
+            _ => {
+                let Some(build) = &build else { return Ok(()) };
+                let request = self.request(&build.manifest().exhibit, build.volume_blake3()?)?;
+                return self.print(request, &|film| build.film_rows(film), &settings, output);
+            }
+        };
+        let film = ChartFilm::new(&chart).map_err(PrintFailure::from)?;
+        let exhibit = name.to_owned();
+        let request = PrintRequest {
+            stack: film.stack().clone(),
+            exhibit,
+            volume_blake3: film.blake3(),
+            inks: settings.inks.clone(),
+            resolution: self.dpi.unwrap_or(Resolution { dpi_x: settings.dpi_x, dpi_y: settings.dpi_y }),
+            arrangement: self.arrangement(&settings)?,
+            marks: false,
+            mirrored: settings.mirrored || self.mirrored,
+            pin_mm: settings.pin_mm,
+        };
+        self.print(request, &|_| film.rows(), &settings, output)
+    }
+
+    fn print(
+        &self,
+        request: PrintRequest,
+        open: OpenFilm<'_>,
+        settings: &PrintSettings,
+        output: Output,
+    ) -> Result<(), Report> {
+        let inks = self.inks(settings, request.resolution)?;
+        let separation: &dyn Separation = if self.as_designed { &AsDesigned } else { &inks };
+        let job = PrintJob::new(request)?;
         let formats = Formats { tiff: self.format != "pdf", pdf: self.format != "tiff" };
-        let full_ink = build.manifest().exhibit.print.ink_ml_m2;
-        let estimate = Estimate::of(&job, formats, open, &AsDesigned, full_ink)?;
+        let estimate = Estimate::of(&job, formats, open, separation, settings.ink_ml_m2)?;
+        if inks.dimmed() > 0.0 {
+            let percent = inks.dimmed() * 100.0;
+            output.note(&format!("the ink limit dims {percent:.1} % of the films' pixels"));
+        }
         if self.dry_run {
-            let printed = Printed { sheets: job.description(formats), estimate };
+            let printed = Printed { sheets: job.description(formats), estimate, dimmed: inks.dimmed() };
             output.result(&printed, || printed.estimate.to_string());
             return Ok(());
         }
         output.note(&estimate.to_string());
         let progress = &mut Progress::new(output.is_json());
-        let sheets = job.write(&self.output, formats, open, &AsDesigned, &mut |done, total| {
+        let sheets = job.write(&self.output, formats, open, separation, &mut |done, total| {
             progress.report(design::Progress::at("writing sheets", done, total));
         })?;
-        let printed = Printed { estimate, sheets };
+        let printed = Printed { estimate, dimmed: inks.dimmed(), sheets };
         output.result(&printed, || {
             let files = printed.sheets.sheets.iter().flat_map(|sheet| &sheet.files);
             let files = files.map(|file| self.output.join(file).display().to_string());
             files.collect::<Vec<_>>().join("\n")
         });
-        output.note(&format!("Build the stack as {} says", self.output.join("assembly.pdf").display()));
+        if !(self.wedge || self.circles) {
+            output.note(&format!("Build the stack as {} says", self.output.join("assembly.pdf").display()));
+        }
         Ok(())
     }
 
-    fn request(&self, build: &BuildFolder) -> Result<PrintRequest, Report> {
-        let exhibit = &build.manifest().exhibit;
-        let paper = self.paper.as_ref().unwrap_or(&exhibit.print.paper);
-        let arrangement = match self.each {
-            true => Arrangement::Each,
-            false => Arrangement::On(paper.parse().map_err(PrintFailure::from)?),
-        };
-        let mut request = PrintRequest::new(exhibit, build.volume_blake3()?, arrangement);
+    /// How values become ink: a chart's are coverages already.
+    fn inks(&self, settings: &PrintSettings, resolution: Resolution) -> Result<SheetInks, Report> {
+        let mut ink = settings.ink.clone();
+        if let Some(way) = self.halftone {
+            ink.halftone = way.into();
+        }
+        if ink.halftone != HalftoneSetting::None && ink.ink_limit > 1.0 {
+            return Err(PrintFailure::Limit(ink.ink_limit).into());
+        }
+        if let Some(path) = &self.curves {
+            ink.curves = Some(CurveFile::read(path)?);
+        }
+        let screens = ink.screens(resolution.dpi_x, resolution.dpi_y);
+        if self.wedge || self.circles {
+            return Ok(SheetInks::new(None, screens));
+        }
+        let inks = ink.inks().map_err(PrintFailure::Curves)?;
+        Ok(SheetInks::new(Some(Separator::new(&inks)), screens))
+    }
+
+    fn request(&self, exhibit: &Exhibit, volume_blake3: String) -> Result<PrintRequest, Report> {
+        let mut request = PrintRequest::new(exhibit, volume_blake3, self.arrangement(&exhibit.print)?);
         request.resolution = self.dpi.unwrap_or(request.resolution);
         request.mirrored |= self.mirrored;
         Ok(request)
+    }
+
+    fn arrangement(&self, settings: &PrintSettings) -> Result<Arrangement, Report> {
+        let paper = self.paper.as_ref().unwrap_or(&settings.paper);
+        Ok(match self.each {
+            true => Arrangement::Each,
+            false => Arrangement::On(paper.parse().map_err(PrintFailure::from)?),
+        })
     }
 }
 

@@ -1,11 +1,13 @@
 //! An exhibit as exhibit.toml resolves to: every default filled in, every value checked.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::ink::InkSettings;
 use super::object::ObjectSettings;
+use super::problem::Problems;
+use super::reader::TableReader;
 
 /// Everything exhibit.toml says about one exhibit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -207,6 +209,13 @@ pub struct PrintSettings {
     pub pin_mm: f64,
     /// What full ink of one channel takes: 1,440 x 720 drops an inch of 6 pl, which is assumed, lay 9.6 ml/m2.
     pub ink_ml_m2: f64,
+}
+
+impl Default for PrintSettings {
+    /// As where exhibit.toml says nothing.
+    fn default() -> Self {
+        super::tables::print(TableReader::new("[print]", None, 0..0), Path::new(""), &mut Problems::default())
+    }
 }
 
 /// The two lamps.

@@ -7,7 +7,7 @@ use toml::de::DeValue;
 
 use super::problem::Problem;
 use super::reader::{Bounds, TableReader, as_number};
-use crate::ink::{Curve, CurveFile, CurveFileError, Dots, Gamut, Halftone, Inks, YIELDS};
+use crate::ink::{Curve, CurveFile, CurveFileError, Dots, Gamut, Halftone, Inks, Screens, YIELDS};
 use crate::volume::CHANNELS;
 
 /// How film values become ink.
@@ -87,6 +87,13 @@ impl InkSettings {
             GamutSetting::Fit => Gamut::Fit,
         };
         Ok(Inks { yields: self.yields, curves, limit: self.ink_limit, gamut, dots })
+    }
+}
+
+impl InkSettings {
+    /// What lays out the dots of a printer of this resolution, if Vitrine does.
+    pub fn screens(&self, dpi_x: f64, dpi_y: f64) -> Option<Screens> {
+        self.halftone.method().map(|method| Screens::new(method, self.dot_levels, dpi_x / dpi_y))
     }
 }
 

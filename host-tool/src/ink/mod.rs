@@ -20,6 +20,7 @@ mod curve_file;
 mod mask;
 mod screen;
 mod separate;
+mod sheets;
 mod wedge;
 
 pub use calibrate::{CalibrateError, Calibration, calibrate};
@@ -27,6 +28,7 @@ pub use curve::{Curve, CurveError};
 pub use curve_file::{CurveFile, CurveFileError, InkCurve};
 pub use screen::{Halftone, Screen, Screens};
 pub use separate::{Dots, Gamut, Inks, Separator};
+pub use sheets::SheetInks;
 pub use wedge::wedge;
 
 /// How much each ink glows at full coverage under the same ultraviolet light: red, green, blue (Hirayama et al. 2017).

@@ -5,6 +5,7 @@
 //! is a [`Separation`]'s business.
 
 mod assembly;
+mod chart;
 mod deflate;
 mod dots;
 mod drawing;
@@ -21,6 +22,7 @@ mod separation;
 mod tiff;
 mod write;
 
+pub use chart::ChartFilm;
 pub use dots::{DotAxis, INCH_MM, Resolution, TooCoarse};
 pub use estimate::Estimate;
 pub use job::{LayoutError, PlacedFilm, PrintJob, PrintRequest};

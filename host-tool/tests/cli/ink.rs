@@ -9,7 +9,7 @@ use vitrine::picture::{Picture, srgb_encode};
 use super::support::Workshop;
 
 /// Pixels of a mm, and the picture's dark rim in mm.
-const FINE: f64 = 5.0;
+const FINE: f64 = 4.0;
 const RIM: f64 = 8.0;
 
 /// `chart` as a camera sees it that looks straight at it: `glow` is an ink's light by its coverage and place.
@@ -17,10 +17,14 @@ fn photograph(chart: &Chart, glow: impl Fn(f64, [f64; 2]) -> f64) -> Picture {
     let pixels = |mm: f64| ((mm + 2.0 * RIM) * FINE) as usize;
     let (width, height) = (pixels(chart.width_mm), pixels(chart.height_mm));
     let mut picture = Picture::new(width, height);
+    let mut crossed = chart.clone();
     for at in 0..width * height {
         let mm = |index: usize| (index as f64 + 0.5) / FINE - RIM;
         let place = [mm(at % width), mm(at / width)];
-        let coverages = chart.coverages_at(place[0], place[1]);
+        if at % width == 0 {
+            crossed = chart.at_height(place[1]);
+        }
+        let coverages = crossed.coverages_at(place[0], place[1]);
         for (channel, coverage) in coverages.into_iter().enumerate() {
             let light = glow(f64::from(coverage), place) + 0.004;
             picture.channel_mut(channel)[at] = srgb_encode(light.min(1.0) as f32);
@@ -142,4 +146,70 @@ fn photographed_circles_tell_what_a_film_lets_through() {
         "{}",
         finished.stderr
     );
+}
+
+/// The ink of a sheet's dots, 65,535 for full.
+fn sheet_ink(workshop: &Workshop, name: &str) -> image::ImageBuffer<image::Rgb<u16>, Vec<u16>> {
+    let mut sheet = image::open(workshop.path(name)).unwrap().into_rgb16();
+    sheet.iter_mut().for_each(|sample| *sample = u16::MAX - *sample);
+    sheet
+}
+
+#[test]
+fn a_printed_wedge_is_measured_as_what_was_printed() {
+    let workshop = Workshop::new();
+    workshop.succeed(&["print", "--wedge", "-o", "wedge", "--each", "--format", "tiff", "--dpi", "260"]);
+    let sheet = sheet_ink(&workshop, "wedge/sheet-01.tif");
+    let mut glowing = Picture::new(sheet.width() as usize, sheet.height() as usize);
+    for channel in 0..3 {
+        let plane = glowing.channel_mut(channel);
+        for (value, dot) in plane.iter_mut().zip(sheet.pixels()) {
+            *value = srgb_encode(0.7 * f32::from(dot.0[channel]) / 65_535.0);
+        }
+    }
+    glowing.write_png(&workshop.path("photo.png")).unwrap();
+    let told = workshop.succeed(&["calibrate", "photo.png", "-o", "curves.toml", "--json"]);
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert!((told["pixels_per_mm"].as_f64().unwrap() - 260.0 / 25.4).abs() < 0.1, "true to size: {told}");
+    for curve in CurveFile::read(&workshop.path("curves.toml")).unwrap().curves().unwrap() {
+        assert!([0.1, 0.5, 0.9].into_iter().all(|coverage| (curve.light(coverage) - coverage).abs() < 0.01));
+    }
+    let circles =
+        workshop.run(&["print", "--circles", "-o", "circles", "--each", "--dpi", "260", "--dry-run"]);
+    assert_eq!(circles.code, Some(0), "{}", circles.stderr);
+    assert!(!workshop.path("circles").exists());
+}
+
+#[test]
+fn printed_films_are_parted_into_inks_side_by_side() {
+    let workshop = Workshop::small();
+    workshop.write("exhibit.toml", format!("{}[print]\nmarks = false\n", super::support::SMALL));
+    workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    let print = |more: &[&str]| {
+        let plain = ["print", "build", "-o", "sheets", "--dpi", "720x360", "--format", "tiff", "--json"];
+        let told: Value = serde_json::from_str(&workshop.succeed(&[&plain[..], more].concat())).unwrap();
+        let sheet = sheet_ink(&workshop, "sheets/sheet-01.tif");
+        let mean = |ink: usize| {
+            sheet.pixels().map(|dot| f64::from(dot.0[ink])).sum::<f64>()
+                / f64::from(sheet.width() * sheet.height())
+        };
+        ([mean(0), mean(1), mean(2)], sheet, told)
+    };
+    let (designed, _, _) = print(&["--as-designed"]);
+    let (parted, _, told) = print(&[]);
+    // What the limit dims apart, green and blue are thinned to the red ink's yield.
+    for (ink, share) in [(0, 1.0), (1, 0.43 / 0.85), (2, 0.43 / 0.89)] {
+        let ratio = parted[ink] / designed[ink] / share;
+        assert!(ratio > 0.85 && ratio < 1.0 + 1e-3, "ink {ink}: {ratio}; {}", told["dimmed"]);
+    }
+    for way in ["blue-noise", "error-diffusion"] {
+        let (dots, sheet, _) = print(&["--halftone", way]);
+        for dot in sheet.pixels() {
+            assert!(dot.0.iter().all(|&ink| ink == 0 || ink == u16::MAX), "{dot:?}");
+            assert!(dot.0.iter().filter(|&&ink| ink > 0).count() <= 1, "{dot:?}");
+        }
+        for ink in 0..3 {
+            assert!((dots[ink] / parted[ink] - 1.0).abs() < 0.02, "{way}: {dots:?} against {parted:?}");
+        }
+    }
 }

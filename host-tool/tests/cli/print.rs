@@ -11,7 +11,7 @@ fn built() -> Workshop {
     workshop
 }
 
-const PRINT: [&str; 6] = ["print", "build", "-o", "sheets", "--dpi", "360x180"];
+const PRINT: [&str; 7] = ["print", "build", "-o", "sheets", "--as-designed", "--dpi", "360x180"];
 
 fn print(workshop: &Workshop, more: &[&str]) -> Finished {
     workshop.run(&[&PRINT, more].concat())

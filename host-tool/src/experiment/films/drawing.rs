@@ -13,7 +13,9 @@ const GAP: u32 = 20;
 const LINE: u32 = 24;
 const DISC: u32 = 34;
 const ROWS: u32 = YIELDS.len() as u32;
-const BAND: u32 = 2 * LINE + ROWS * CELL;
+/// From a band's upper edge to its circles: its title and two lines above each column.
+const HEAD: u32 = LINE + 28;
+const BAND: u32 = HEAD + ROWS * CELL;
 
 /// Draws the circles of the three inks behind 0 to 25 films, a band for each side, brightest ink as bright as can be.
 pub fn draw(films: Transmittance) -> RgbImage {
@@ -36,10 +38,11 @@ fn band(canvas: &mut Canvas, films: Transmittance, side: Side, top: u32, middle:
     for count in 0..=MOST_FILMS {
         let left = GAP + count as u32 * CELL;
         let part = films.behind(count, side);
-        let text = format!("{count}: {:.*}%", usize::from(part < 0.0995), part * 100.0);
-        canvas.caption(&text, left + CELL / 2, top + LINE + 4, &FONT_6X10);
+        let percent = format!("{:.*} %", usize::from(part < 0.0995), part * 100.0);
+        canvas.caption(&count.to_string(), left + CELL / 2, top + LINE, &FONT_6X10);
+        canvas.caption(&percent, left + CELL / 2, top + LINE + 12, &FONT_6X10);
         for (ink, light) in YIELDS.iter().enumerate() {
-            let above = top + 2 * LINE + ink as u32 * CELL;
+            let above = top + HEAD + ink as u32 * CELL;
             let brightness = light * part / YIELDS[2];
             canvas.picture(&disc(ink, brightness as f32), [left + 5, above], [DISC, DISC]);
         }
@@ -68,7 +71,7 @@ mod tests {
         let picture = draw(Transmittance { tau_uv: 0.82, tau_visible: 0.90 });
         let middle = |count: u32, band: u32, ink: u32| {
             let x = GAP + count * CELL + 5 + DISC / 2;
-            let y = GAP + band * (BAND + GAP) + 2 * LINE + ink * CELL + DISC / 2;
+            let y = GAP + band * (BAND + GAP) + HEAD + ink * CELL + DISC / 2;
             picture.get_pixel(x, y).0
         };
         assert_eq!(middle(0, 0, 2), [0, 0, 255]);
