@@ -23,6 +23,7 @@ mod request;
 mod result;
 mod scale;
 mod stop;
+mod strips;
 mod structure;
 
 pub use adapt::{Adapted, adapt};
@@ -32,7 +33,7 @@ pub use compatibility::{Prediction, SharedDetail, ViewPrediction, predict};
 pub use emphasis::{LampSums, pair_for_all};
 pub use fixed::FixedInk;
 pub use frontier::{FrontierPoint, frontier};
-pub use memory::predicted_memory_mib;
+pub use memory::{predicted_memory_mib, predicted_memory_mib_of};
 pub use pedestal::lifted;
 pub use product::product;
 pub use request::{
@@ -40,6 +41,7 @@ pub use request::{
 };
 pub use result::{Design, SharedPair, ViewDesign};
 pub use stop::Stop;
+pub use strips::{PictureRows, StripDesign, StripRequest, rows_within};
 
 use crate::volume::Volume;
 

@@ -6,6 +6,7 @@ mod canvas;
 pub mod chart;
 pub mod config;
 pub mod controller;
+mod deflate;
 pub mod demo;
 pub mod design;
 pub mod experiment;

@@ -1,15 +1,13 @@
 //! Pictures: planar RGB in 0..=1, read from and written to files.
 
 mod colour;
+mod fitted;
 mod jpeg;
 mod srgb;
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use fast_image_resize::images::TypedImage;
-use fast_image_resize::pixels::F32;
-use fast_image_resize::{FilterType, ResizeAlg, ResizeOptions, Resizer};
 use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageReader};
 use rayon::prelude::*;
 use thiserror::Error;
@@ -17,6 +15,7 @@ use thiserror::Error;
 use crate::simd::vectorised;
 use crate::volume::CHANNELS;
 
+pub use fitted::Fitted;
 pub(crate) use srgb::{STEEPEST, srgb_encode_with_slope};
 pub use srgb::{srgb_decode, srgb_encode};
 
@@ -100,6 +99,15 @@ impl Picture {
     pub fn read_fitted(path: &Path, width: usize, height: usize) -> Result<Self, PictureError> {
         Self::read(path)?
             .fitted(width, height)
+            .map_err(|cause| PictureError::Damaged { path: path.to_owned(), cause })
+    }
+
+    /// As [`Picture::read_fitted`], to be given some rows at a time.
+    ///
+    /// # Errors
+    /// As [`Picture::read`].
+    pub fn read_rows(path: &Path, width: usize, height: usize) -> Result<Fitted, PictureError> {
+        Fitted::new(Self::read(path)?, width, height)
             .map_err(|cause| PictureError::Damaged { path: path.to_owned(), cause })
     }
 
@@ -244,33 +252,8 @@ impl Picture {
     }
 
     /// Crops about the centre to the shape of `width` x `height` and resizes in linear light.
-    fn fitted(&self, width: usize, height: usize) -> Result<Self, String> {
-        if (self.width, self.height) == (width, height) {
-            return Ok(self.clone());
-        }
-        let scale = (self.width as f64 / width as f64).min(self.height as f64 / height as f64);
-        let (crop_width, crop_height) = (scale * width as f64, scale * height as f64);
-        let (left, top) = ((self.width as f64 - crop_width) / 2.0, (self.height as f64 - crop_height) / 2.0);
-        let options = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::Lanczos3)).crop(
-            left.max(0.0),
-            top.max(0.0),
-            crop_width,
-            crop_height,
-        );
-        let light = self.decoded();
-        let mut fitted = Self::new(width, height);
-        let mut resizer = Resizer::new();
-        for channel in 0..CHANNELS {
-            let pixels = light.channel(channel).iter().map(|&value| F32::new(value)).collect();
-            let source = TypedImage::from_pixels(self.width as u32, self.height as u32, pixels)
-                .map_err(|e| e.to_string())?;
-            let mut target = TypedImage::new(width as u32, height as u32);
-            resizer.resize_typed(&source, &mut target, &options).map_err(|e| e.to_string())?;
-            for (value, pixel) in fitted.channel_mut(channel).iter_mut().zip(target.pixels()) {
-                *value = srgb_encode(pixel.0.clamp(0.0, 1.0));
-            }
-        }
-        Ok(fitted)
+    fn fitted(self, width: usize, height: usize) -> Result<Self, String> {
+        Fitted::new(self, width, height)?.whole()
     }
 }
 

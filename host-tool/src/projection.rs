@@ -8,6 +8,8 @@
 
 mod axis;
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::optics::Direction;
@@ -110,7 +112,11 @@ impl Rays {
                 let (dx, dy) = shifts_mm.get(film).copied().unwrap_or_default();
                 FilmRays {
                     columns: Axis::new(stack.width_px, scale, (z * slope_x - dx) / pixel),
-                    rows: Axis::new(stack.height_px, scale, -(z * slope_y - dy) / pixel),
+                    rows: Axis::new(
+                        stack.height_px,
+                        scale,
+                        -(z * slope_y - dy) / pixel + (1.0 - scale) * stack.above_middle_px,
+                    ),
                 }
             })
             .collect();
@@ -261,6 +267,19 @@ impl Rays {
     /// Along rays that were traced back: multiplies film `film` by what `picture` shows there; 0 where the
     /// film does not appear in the picture. `plane` and `picture` are row, column.
     pub(crate) fn multiply_film(&self, film: usize, picture: &[f32], plane: &mut [f32]) {
+        self.multiply_rows(film, 0, picture, 0, plane);
+    }
+
+    /// As [`Rays::multiply_film`], where `plane` holds the film's rows from `first` on and `picture` those of the picture
+    /// from `first_seen` on, as far as [`Rays::reach`] says.
+    pub(crate) fn multiply_rows(
+        &self,
+        film: usize,
+        first: usize,
+        picture: &[f32],
+        first_seen: usize,
+        plane: &mut [f32],
+    ) {
         let Some(rays) = self.films.get(film) else { return };
         let mut gathered = vec![0.0; self.width];
         let mut traced = vec![0.0; self.width];
@@ -269,14 +288,35 @@ impl Rays {
             || {
                 for (row, target) in plane.chunks_mut(self.width).enumerate() {
                     traced.fill(0.0);
-                    let line = |at: usize| &picture[at * self.width..(at + 1) * self.width];
-                    if let Some(source) = rays.rows.gather(row, line, &mut gathered) {
+                    let line = |at: usize| {
+                        let at = at - first_seen;
+                        &picture[at * self.width..(at + 1) * self.width]
+                    };
+                    if let Some(source) = rays.rows.gather(first + row, line, &mut gathered) {
                         rays.columns.add(source, 1.0, &mut traced);
                     }
                     target.iter_mut().zip(&traced).for_each(|(value, factor)| *value *= factor);
                 }
             },
         );
+    }
+
+    /// The rows that the rows `rows` sample on any film; of the picture, where the rays were traced back.
+    pub(crate) fn reach(&self, rows: Range<usize>) -> Range<usize> {
+        let sampled = self.films.iter().flat_map(|film| rows.clone().filter_map(|row| film.rows.lower(row)));
+        let (least, most) =
+            sampled.fold((usize::MAX, 0), |(least, most), row| (least.min(row), most.max(row)));
+        // Each samples the row below too, which may have no weight.
+        if least > most { 0..0 } else { least..(most + 2).min(self.height) }
+    }
+
+    /// The most rows by which a ray climbs or falls on its way from the picture to a film.
+    pub(crate) fn climb(&self) -> usize {
+        let films = self.films.iter();
+        let steps = films.flat_map(|film| {
+            (0..self.height).filter_map(|row| film.rows.lower(row).map(|lower| lower.abs_diff(row) + 1))
+        });
+        if self.rows_are_apart() { 0 } else { steps.max().unwrap_or_default() }
     }
 }
 

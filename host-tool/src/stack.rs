@@ -2,6 +2,9 @@
 
 use thiserror::Error;
 
+/// The most values a volume may have, per colour, that is held in memory: 4 GiB for its three colours.
+pub const MOST_VOXELS_IN_MEMORY: usize = 360_000_000;
+
 /// A film stack; `Default` is the paper's (20 films of 35 mm, 512 x 512 pixels, 0.6 mm apart).
 ///
 /// Film 0 is the top one, nearest the viewer. Pixels are square.
@@ -29,6 +32,8 @@ pub struct Stack {
     pub spacer_tau_uv: f64,
     /// Part of the visible light that one spacer lets through at normal incidence.
     pub spacer_tau_visible: f64,
+    /// How many rows the middle of these rows lies above that of the whole films: 0 but for a strip of them.
+    pub above_middle_px: f64,
 }
 
 /// What is wrong with the description of a stack.
@@ -57,6 +62,7 @@ impl Default for Stack {
             tau_visible: 0.90,
             spacer_tau_uv: 1.0,
             spacer_tau_visible: 1.0,
+            above_middle_px: 0.0,
         }
     }
 }
@@ -134,6 +140,11 @@ impl Stack {
     /// Part of the visible light that one film and one spacer let through at normal incidence.
     pub fn layer_tau_visible(&self) -> f64 {
         self.tau_visible * self.spacer_tau_visible
+    }
+
+    /// Whether a volume of these films is larger than any that is held in memory.
+    pub fn is_too_large_for_memory(&self) -> bool {
+        self.film_len().saturating_mul(self.films) > MOST_VOXELS_IN_MEMORY
     }
 
     /// Pixels of one film.

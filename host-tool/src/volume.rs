@@ -110,11 +110,17 @@ impl Volume {
     /// Rounds every value to one of the two that `depth` can write next to it. What a film loses by it, the
     /// film below gains: faint ink that plain rounding would wipe from every film stays in their sum.
     pub fn quantise(&mut self, depth: InkDepth) {
+        self.quantise_from(depth, 0);
+    }
+
+    /// As [`Volume::quantise`], where row 0 of this volume is row `first_row` of the films.
+    pub fn quantise_from(&mut self, depth: InkDepth, first_row: usize) {
         let full = depth.full();
         let size = self.width * self.height;
         let (films, width) = (self.films, self.width);
         for channel in self.values.chunks_mut((films * size).max(1)) {
-            let mut carried: Vec<f32> = (0..size).map(|at| dither(at % width, at / width)).collect();
+            let mut carried: Vec<f32> =
+                (0..size).map(|at| dither(at % width, first_row + at / width)).collect();
             for film in channel.chunks_mut(size) {
                 let lines = film.par_chunks_mut(VALUES_AT_ONCE).zip(carried.par_chunks_mut(VALUES_AT_ONCE));
                 lines.for_each(|(values, carried)| {

@@ -43,6 +43,16 @@ pub enum OpenError {
         /// What is wrong with it.
         source: FilmError,
     },
+    /// The films are too large to be held in memory.
+    #[error("the films of {} are too large to be looked at together", folder.display())]
+    #[diagnostic(
+        code("vitrine::build::too_large"),
+        help("`vitrine print` reads them row by row; for a view, design the exhibit with fewer `pixels`")
+    )]
+    TooLarge {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// A picture cannot be read.
     #[error("cannot use the picture {}: {cause}", path.display())]
     #[diagnostic(code("vitrine::build::bad_picture"), help("design the exhibit again into this folder"))]
@@ -118,6 +128,9 @@ impl BuildFolder {
     /// Fails at the first film that cannot be read or has another size than the stack.
     pub fn films(&self) -> Result<Films, OpenError> {
         let stack = self.manifest.exhibit.film_stack();
+        if stack.is_too_large_for_memory() {
+            return Err(OpenError::TooLarge { folder: self.path.clone() });
+        }
         let mut volume = Volume::new(stack.films, stack.height_px, stack.width_px);
         let mut changed = Vec::new();
         for film in 0..stack.films {

@@ -136,27 +136,26 @@ impl WholeFolder {
     /// Fails when the folder cannot be renamed; then what was there is there still.
     pub fn commit(self) -> io::Result<()> {
         let mut unfinished = unfinished();
-        if self.place.symlink_metadata().is_ok() {
-            self.replace()?;
-        } else {
-            fs::rename(self.beside.path(), &self.place)?;
-        }
+        put_in_place(self.beside.path(), &self.place)?;
         unfinished.retain(|folder| folder != self.beside.path());
         Ok(())
     }
+}
 
-    /// Moves what stands in the place aside, and back if the new folder cannot take it.
-    fn replace(&self) -> io::Result<()> {
-        let aside =
-            tempfile::Builder::new().prefix(".vitrine-replaced-").tempdir_in(parent_of(&self.place))?;
-        let old = aside.path().join("old");
-        fs::rename(&self.place, &old)?;
-        fs::rename(self.beside.path(), &self.place).inspect_err(|_| {
-            if fs::rename(&old, &self.place).is_err() {
-                eprintln!("the former folder is kept in {}", old.display());
-            }
-        })
+/// Renames a folder to where it is to stand; what stands there is moved aside first, and back if the folder cannot take
+/// its place, and taken away in the end.
+pub(super) fn put_in_place(folder: &Path, place: &Path) -> io::Result<()> {
+    if place.symlink_metadata().is_err() {
+        return fs::rename(folder, place);
     }
+    let aside = tempfile::Builder::new().prefix(".vitrine-replaced-").tempdir_in(parent_of(place))?;
+    let old = aside.path().join("old");
+    fs::rename(place, &old)?;
+    fs::rename(folder, place).inspect_err(|_| {
+        if fs::rename(&old, place).is_err() {
+            eprintln!("the former folder is kept in {}", old.display());
+        }
+    })
 }
 
 impl Drop for WholeFolder {

@@ -1,6 +1,7 @@
 //! Writes a build folder, whole or not at all.
 
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use miette::Diagnostic;
@@ -11,8 +12,10 @@ use thiserror::Error;
 use super::films;
 use super::manifest::{FORMAT, Manifest, portable_name};
 use super::page::{PageParts, ViewPictures, page};
+use super::read::OpenError;
 use super::report::Report;
-use super::whole::WholeFolder;
+use super::strips::{GrowingFilms, JOURNAL};
+use super::whole::{WholeFolder, put_in_place};
 use crate::config::{Exhibit, PlanPairs, ZoneError};
 use crate::design::{AsBuilt, Design, DesignRequest};
 use crate::measure::structural_similarity;
@@ -52,6 +55,10 @@ pub enum BuildError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A film that has grown strip by strip cannot be ended.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Grown(#[from] OpenError),
     /// A picture cannot be encoded.
     #[error("cannot encode a picture: {0}")]
     #[diagnostic(
@@ -155,9 +162,80 @@ pub fn write(
     beside: Beside<'_>,
     design: &Design,
 ) -> Result<Report, BuildError> {
-    let given = beside.given;
     check_place(place)?;
     let depth = request.settings.ink_depth;
+    let films = films::encode(&design.volume, depth)?;
+    let films_of_the_page = match depth {
+        InkDepth::Eight => films.clone(),
+        InkDepth::Sixteen => films::encode(&design.volume, InkDepth::Eight)?,
+    };
+    let named = films.into_iter().enumerate().map(|(index, film)| (films::film_name(index), film));
+    let named: BTreeMap<String, Vec<u8>> = named.collect();
+    let films = Films {
+        volume: design.volume.blake3(depth),
+        of_the_page: &films_of_the_page,
+        hashes: named.iter().map(|(name, bytes)| (name.clone(), hash(bytes))).collect(),
+    };
+    let (report, mut files) = described(inputs, exhibit, request, beside, design, films)?;
+    files.extend(named);
+    write_files(place, &files)?;
+    Ok(report)
+}
+
+/// Puts a build by strips into its place: the films that have grown, and beside them what the same exhibit in small,
+/// `request` and `design`, says of it.
+///
+/// # Errors
+/// Fails when `place` is taken by something else and when anything cannot be written; then the films can be gone on with.
+pub fn write_grown(
+    place: &Path,
+    inputs: &Inputs,
+    exhibit: &Exhibit,
+    (request, design): (&DesignRequest, &Design),
+    growing: GrowingFilms,
+) -> Result<Report, BuildError> {
+    check_place(place)?;
+    let folder = growing.folder().to_owned();
+    let grown = growing.finish()?;
+    let films_of_the_page = films::encode(&design.volume, InkDepth::Eight)?;
+    let films = Films { volume: grown.volume, of_the_page: &films_of_the_page, hashes: grown.files };
+    let (report, files) = described(inputs, exhibit, request, Beside::default(), design, films)?;
+    for (name, bytes) in &files {
+        let path = folder.join(name);
+        let written = path.parent().map_or(Ok(()), std::fs::create_dir_all).and_then(|()| {
+            let mut file = std::fs::File::create(&path)?;
+            file.write_all(bytes)?;
+            file.sync_all()
+        });
+        written.map_err(|source| BuildError::Write { path, source })?;
+    }
+    check_place(place)?;
+    let at = |source| BuildError::Write { path: place.to_owned(), source };
+    put_in_place(&folder, place).map_err(at)?;
+    std::fs::remove_file(place.join(JOURNAL)).map_err(at)?;
+    Ok(report)
+}
+
+/// What a build says of its films.
+struct Films<'a> {
+    /// BLAKE3 of the volume.
+    volume: [u8; 32],
+    /// 8-bit PNG files; in small, where the films are large.
+    of_the_page: &'a [Vec<u8>],
+    /// BLAKE3 of the files by their names.
+    hashes: Vec<(String, String)>,
+}
+
+/// The report, and all files of a build but the films.
+fn described(
+    inputs: &Inputs,
+    exhibit: &Exhibit,
+    request: &DesignRequest,
+    beside: Beside<'_>,
+    design: &Design,
+    films: Films<'_>,
+) -> Result<(Report, BTreeMap<String, Vec<u8>>), BuildError> {
+    let given = beside.given;
     let mut report = Report::new(exhibit, design);
     report.as_built = beside.as_built.cloned();
     report.object = beside.object.cloned();
@@ -167,16 +245,8 @@ pub fn write(
         }
     }
     let mut files = BTreeMap::new();
-    let films = films::encode(&design.volume, depth)?;
-    let films_of_the_page = match depth {
-        InkDepth::Eight => films.clone(),
-        InkDepth::Sixteen => films::encode(&design.volume, InkDepth::Eight)?,
-    };
-    for (index, film) in films.into_iter().enumerate() {
-        files.insert(films::film_name(index), film);
-    }
     let pictures = view_pictures(request, given, design)?;
-    let plan = plan_of(exhibit, design, depth)?;
+    let plan = plan_of(exhibit, design, films.volume)?;
     files.insert("plan.json".to_owned(), json(&plan)?);
     files.insert("plan.bin".to_owned(), plan_file(&plan)?);
     files.insert("report.json".to_owned(), json(&report)?);
@@ -187,20 +257,23 @@ pub fn write(
             files.insert(format!("views/{}.given.png", view.id), given.clone());
         }
     }
-    let mut manifest = manifest(inputs, exhibit, depth, &files)?;
+    let depth = request.settings.ink_depth;
+    let mut manifest = manifest(inputs, exhibit, depth, &files, films.hashes)?;
+    // The page turns the films that it holds.
+    let mut shown = exhibit.clone();
+    shown.stack.pixels = [design.volume.width() as u32, design.volume.height() as u32];
     let page = page(&PageParts {
-        exhibit,
+        exhibit: &shown,
         report: &report,
         plan: &plan,
         pictures: &pictures,
-        films: &films_of_the_page,
+        films: films.of_the_page,
         manifest: &manifest,
     });
     manifest.outputs.insert("report.html".to_owned(), hash(page.as_bytes()));
     files.insert("report.html".to_owned(), page.into_bytes());
     files.insert("manifest.json".to_owned(), json(&manifest)?);
-    write_files(place, &files)?;
-    Ok(report)
+    Ok((report, files))
 }
 
 fn write_files(place: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<(), BuildError> {
@@ -254,13 +327,13 @@ pub(super) fn encode_rgb8(
     Ok(bytes)
 }
 
-fn plan_of(exhibit: &Exhibit, design: &Design, depth: InkDepth) -> Result<Plan, BuildError> {
+fn plan_of(exhibit: &Exhibit, design: &Design, volume: [u8; 32]) -> Result<Plan, BuildError> {
     let pairs = PlanPairs {
         views: design.views.iter().map(|view| view.emphasis).collect(),
         neutral: design.neutral,
         shared: design.shared.iter().map(|shared| shared.pair).collect(),
     };
-    let plan = exhibit.plan(&pairs, design.volume.blake3(depth))?;
+    let plan = exhibit.plan(&pairs, volume)?;
     ValidPlan::new(plan.clone())?;
     Ok(plan)
 }
@@ -278,6 +351,7 @@ fn manifest(
     exhibit: &Exhibit,
     depth: InkDepth,
     files: &BTreeMap<String, Vec<u8>>,
+    hashed: Vec<(String, String)>,
 ) -> Result<Manifest, BuildError> {
     let bits = match depth {
         InkDepth::Eight => 8,
@@ -286,6 +360,7 @@ fn manifest(
     let mut manifest = Manifest::new(exhibit, bits);
     manifest.inputs = inputs.hashes()?;
     manifest.outputs = files.iter().map(|(name, bytes)| (name.clone(), hash(bytes))).collect();
+    manifest.outputs.extend(hashed);
     Ok(manifest)
 }
 

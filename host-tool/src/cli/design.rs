@@ -18,6 +18,7 @@ use vitrine::volume::InkDepth;
 
 use super::output::Output;
 use super::progress::Progress;
+use super::strips::{self, Outcome, design_by_strips};
 
 /// Design the films and the lamp pairs, and write them to a build folder.
 #[derive(Args)]
@@ -26,10 +27,15 @@ Examples:
   vitrine design exhibit.toml -o build
   vitrine design exhibit.toml -o build --bits 16
   vitrine design exhibit.toml -o build --as-built
+  vitrine design exhibit.toml -o build --strips --dry-run
   vitrine design exhibit.toml -o build --json | jq .mean_psnr_db
 
 report.html tells what becomes of the views in human hands, from 6 random stacks, always the same; --as-built looks at 16: films misplaced as [design] misplacement_um says, gaps off by a
 twentieth of spacer_mm, viewers astray by 1 degree and by a tenth of their distance (all standard deviations).
+
+Films too large for memory (or for `memory_mib` in [design]) are designed by strips of rows. They grow in BUILD.unfinished;
+Ctrl-C or a loss of power costs one strip, and the same command goes on. Their lamps and report are those of the same
+exhibit in small.
 
 The folder is written whole or not at all; a build that is there already is replaced, anything else is not. Ctrl-C
 stops the optimiser within an iteration and writes nothing; the exit code is 130.")]
@@ -42,6 +48,12 @@ pub(super) struct Design {
     /// Look at more random stacks, to tell better what becomes of the views in human hands.
     #[arg(long)]
     as_built: bool,
+    /// Design some rows at a time, as is done anyway where the films are too large for memory.
+    #[arg(long, conflicts_with = "as_built")]
+    strips: bool,
+    /// With strips: tell the bytes, the minutes and the ink that the design takes, and write nothing.
+    #[arg(long)]
+    dry_run: bool,
     /// Bits of each ink value in the films.
     #[arg(long, default_value = "8", value_parser = ["8", "16"])]
     bits: String,
@@ -66,6 +78,15 @@ pub(super) enum DesignFailure {
         )
     )]
     Memory { needed_mib: u64, allowed_mib: u32 },
+    #[error("these films fit into memory: their design takes seconds or minutes, and nothing is foretold")]
+    #[diagnostic(code("vitrine::design::nothing_foretold"), help("leave --dry-run out, or add --strips"))]
+    NothingForetold,
+    #[error("stopped after {done} of {strips} strips, which are kept in {}", kept.display())]
+    #[diagnostic(
+        code("vitrine::design::paused"),
+        help("run the same command to go on; remove that folder to begin anew")
+    )]
+    Paused { done: usize, strips: usize, kept: PathBuf },
     #[error("stopped by an interrupt; nothing was written")]
     #[diagnostic(code("vitrine::design::stopped"))]
     Stopped,
@@ -90,8 +111,23 @@ pub(super) fn stoppable<T>(
 impl Design {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let depth = if self.bits == "16" { InkDepth::Sixteen } else { InkDepth::Eight };
-        let effort = Effort { iterations: None, stacks: if self.as_built { STACKS } else { FEW_STACKS } };
-        let report = design_exhibit(&self.exhibit, &self.output, depth, effort, output)?;
+        let exhibit = config::load(&self.exhibit)?;
+        let report = if self.strips || strips::are_needed(&exhibit) {
+            let outcome =
+                design_by_strips(&exhibit, &self.exhibit, &self.output, depth, self.dry_run, output)?;
+            match outcome {
+                Outcome::Foretold(foretold) => {
+                    output.result(&foretold, || foretold.to_string());
+                    return Ok(());
+                }
+                Outcome::Designed(report) => *report,
+            }
+        } else if self.dry_run {
+            return Err(DesignFailure::NothingForetold.into());
+        } else {
+            let effort = Effort { iterations: None, stacks: if self.as_built { STACKS } else { FEW_STACKS } };
+            design_exhibit(&self.exhibit, &self.output, depth, effort, output)?
+        };
         output.result(&report, || report.summary());
         output.note(&format!(
             "Written to {}; look at {}",

@@ -30,6 +30,7 @@ mod settings;
 mod setup;
 mod slice;
 mod status;
+mod strips;
 mod turn;
 mod upload;
 mod view;
@@ -118,7 +119,9 @@ pub(crate) fn main() -> ExitCode {
 
 fn exit_code(report: &Report) -> ExitCode {
     match report.downcast_ref() {
-        Some(design::DesignFailure::Stopped) => ExitCode::from(vitrine::build_folder::INTERRUPTED),
+        Some(design::DesignFailure::Stopped | design::DesignFailure::Paused { .. }) => {
+            ExitCode::from(vitrine::build_folder::INTERRUPTED)
+        }
         _ => ExitCode::from(1),
     }
 }

@@ -30,7 +30,8 @@ impl Outlook {
         progress: &mut Progress,
     ) -> Result<Self, Report> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        let request = exhibit.design_request(folder, InkDepth::Eight, None).map_err(DesignFailure::from)?;
+        let request =
+            exhibit.in_memory().design_request(folder, InkDepth::Eight, None).map_err(DesignFailure::from)?;
         let outlook = stoppable(path, &request.stop, || {
             let points = drawing.map(|_| frontier(&request, &mut |step| progress.report(step)));
             Ok(Self {

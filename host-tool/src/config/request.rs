@@ -1,5 +1,6 @@
 //! From an exhibit to what the design engine is asked.
 
+use std::ops::Range;
 use std::path::Path;
 
 use vitrine_exhibit::units::Lamp;
@@ -7,10 +8,13 @@ use vitrine_exhibit::units::Lamp;
 use super::exhibit::{
     Exhibit, FrameSetting, LampSetting, MethodSetting, OpticsSetting, ToneSetting, ViewSettings,
 };
-use crate::design::{DesignRequest, DesignSettings, Method, OpticsModel, Stop, Tone, ViewRequest, lifted};
+use crate::design::{
+    DesignRequest, DesignSettings, Method, OpticsModel, PictureRows, Stop, StripRequest, Tone, ViewRequest,
+    lifted, rows_within,
+};
 use crate::object::{Shown, Sight};
 use crate::optics::Direction;
-use crate::picture::{Picture, PictureError};
+use crate::picture::{Fitted, Picture, PictureError};
 use crate::projection::ViewerDistance;
 use crate::stack::Stack;
 use crate::volume::InkDepth;
@@ -31,6 +35,7 @@ impl Exhibit {
             tau_visible: stack.tau_visible,
             spacer_tau_uv: stack.spacer_tau_uv,
             spacer_tau_visible: stack.spacer_tau_visible,
+            above_middle_px: 0.0,
         }
     }
 
@@ -115,6 +120,72 @@ impl Exhibit {
         })
     }
 
+    /// Asks for a design by strips of an exhibit without an object within `memory_mib`, and for the same in small with films of at most `small_px` pixels
+    /// along their longer side; `None` where even one row takes more memory.
+    ///
+    /// # Errors
+    /// Fails when a pattern cannot be read whole.
+    pub fn strip_request(
+        &self,
+        folder: &Path,
+        ink_depth: InkDepth,
+        small_px: u32,
+        memory_mib: f64,
+    ) -> Result<Option<StripRequest>, PictureError> {
+        let stack = self.film_stack();
+        let rows = |path: &Path, pedestal: f64| {
+            let picture = Picture::read_rows(&folder.join(path), stack.width_px, stack.height_px)?;
+            let tone = self.tone();
+            Ok::<_, PictureError>(Box::new(FittedRows { picture, pedestal, tone }) as Box<dyn PictureRows>)
+        };
+        let mut patterns = Vec::new();
+        let mut masks = Vec::new();
+        let mut held_mib = 0.0;
+        for view in &self.views {
+            let pattern = view.pattern.as_deref();
+            patterns.extend(pattern.map(|pattern| rows(pattern, self.design.pedestal)).transpose()?);
+            masks.push(view.mask.as_deref().map(|mask| rows(mask, 0.0)).transpose()?);
+        }
+        for picture in patterns.iter().chain(masks.iter().flatten()) {
+            held_mib += picture.held_bytes() as f64 / f64::from(1 << 20);
+        }
+        let small = self.in_small(small_px).design_request(folder, ink_depth, None)?;
+        let rows = rows_within(&stack, &small, memory_mib - held_mib);
+        Ok(rows.map(|rows| StripRequest { small, stack, patterns, masks, rows }))
+    }
+
+    /// The same exhibit with at most `longer_px` pixels along its films' longer side.
+    fn in_small(&self, longer_px: u32) -> Self {
+        let [width, height] = self.stack.pixels;
+        let longer = width.max(height);
+        let less = |pixels: u32| {
+            let small = f64::from(pixels) * f64::from(longer_px.min(longer)) / f64::from(longer);
+            small.round().max(8.0) as u32
+        };
+        let mut small = self.clone();
+        small.stack.pixels = [less(width), less(height)];
+        small
+    }
+
+    /// Whether a volume of all films is larger than any that is held in memory.
+    pub fn is_too_large_for_memory(&self) -> bool {
+        self.film_stack().is_too_large_for_memory()
+    }
+
+    /// The exhibit, in small where its films are too large for memory.
+    pub fn in_memory(&self) -> Self {
+        const PREVIEW_PX: u32 = 512;
+        if self.is_too_large_for_memory() { self.in_small(PREVIEW_PX) } else { self.clone() }
+    }
+
+    /// How the volume is computed, in the engine's terms.
+    pub fn method(&self) -> Method {
+        match self.design.method {
+            MethodSetting::LeastSquares => Method::LeastSquares,
+            MethodSetting::Product => Method::Product,
+        }
+    }
+
     /// A pattern as it has to stand on the film. An oblique viewer sees the film narrower by the cosine of the angle:
     /// in the viewer's frame the pattern's middle part is drawn out by as much.
     fn on_the_film(&self, pattern: Picture, direction: Direction) -> Picture {
@@ -140,10 +211,7 @@ impl Exhibit {
 
     fn settings(&self, ink_depth: InkDepth) -> DesignSettings {
         DesignSettings {
-            method: match self.design.method {
-                MethodSetting::LeastSquares => Method::LeastSquares,
-                MethodSetting::Product => Method::Product,
-            },
+            method: self.method(),
             optics: match self.design.optics {
                 OpticsSetting::Stack => OpticsModel::Stack,
                 OpticsSetting::Ideal => OpticsModel::Ideal,
@@ -165,6 +233,23 @@ impl Exhibit {
 /// A distance, in the engine's terms: `None` is for parallel rays.
 pub fn distance(millimetres: Option<f64>) -> ViewerDistance {
     millimetres.map_or(ViewerDistance::Parallel, ViewerDistance::Millimetres)
+}
+
+/// A pattern or a mask, some rows at a time.
+struct FittedRows {
+    picture: Fitted,
+    pedestal: f64,
+    tone: Tone,
+}
+
+impl PictureRows for FittedRows {
+    fn rows(&self, rows: Range<usize>) -> Picture {
+        lifted(&self.picture.rows(rows), self.pedestal, self.tone)
+    }
+
+    fn held_bytes(&self) -> usize {
+        self.picture.held_bytes()
+    }
 }
 
 /// The mean of a picture's channels.

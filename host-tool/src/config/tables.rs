@@ -18,9 +18,12 @@ use super::reader::{Bounds, TableReader, as_number, as_whole};
 use super::{ink, materials};
 use crate::picture::Picture;
 use crate::print::Paper;
+use crate::stack::MOST_VOXELS_IN_MEMORY;
 
-/// The most values a volume may have, per colour: 2 GiB as 16-bit RGB.
-pub const MOST_VOXELS: u64 = 360_000_000;
+/// The most values a volume may have, per colour, that is held in memory.
+pub const MOST_VOXELS: u64 = MOST_VOXELS_IN_MEMORY as u64;
+/// The most values a volume may have, per colour: 400 GB of films as 16-bit RGB.
+const MOST_ON_DISK: u64 = 64_000_000_000;
 /// The longest name the plan holds, in bytes.
 const LONGEST_NAME: usize = 48;
 /// The longest view id the plan holds, in bytes.
@@ -78,9 +81,9 @@ pub(super) fn stack(mut reader: TableReader<'_>, problems: &mut Problems) -> Sta
         spacer_tau_visible: reader.number("spacer_tau_visible", layer.spacer_tau_visible, TRANSMITTANCE),
     };
     let voxels = u64::from(stack.films) * u64::from(pixels[0]) * u64::from(pixels[1]);
-    if voxels > MOST_VOXELS {
+    if voxels > MOST_ON_DISK {
         let message = format!("{films} films of {} x {} pixels are {voxels} voxels", pixels[0], pixels[1]);
-        let help = format!("give fewer pixels or films: at most {MOST_VOXELS} voxels fit into memory");
+        let help = format!("give fewer pixels or films: at most {MOST_ON_DISK} voxels fit onto a disk");
         reader.report_value(reader.span(), message, help);
     }
     reader.finish(problems);
@@ -91,7 +94,7 @@ pub(super) fn stack(mut reader: TableReader<'_>, problems: &mut Problems) -> Sta
 fn pixels(reader: &mut TableReader<'_>) -> [u32; 2] {
     const DEFAULT: [u32; 2] = [512, 512];
     const WANTED: &str = "a whole number, or [width, height]";
-    let side = bounds(8.0, 16_384.0, "a film has at least 8 and at most 16384 pixels a side");
+    let side = bounds(8.0, 65_536.0, "a film has at least 8 and at most 65536 pixels a side");
     let Some(value) = reader.raw("pixels") else { return DEFAULT };
     let sides: Option<Vec<i64>> = match value.get_ref() {
         DeValue::Array(items) if items.len() == 2 => {

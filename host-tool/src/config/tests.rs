@@ -161,7 +161,7 @@ fn a_calibration_rises_from_nothing_to_full_level() {
 
 #[test]
 fn absurd_volumes_are_refused_before_they_are_made() {
-    let (code, _, text) = problem("[stack]\nfilms = 200\npixels = 16384");
+    let (code, _, text) = problem("[stack]\nfilms = 200\npixels = 65536");
     assert_eq!(code, "vitrine::config::bad_value");
     assert!(text.contains("voxels"), "{text}");
 }

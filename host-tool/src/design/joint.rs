@@ -11,7 +11,7 @@ use super::emphasis::LampSums;
 use super::fixed::FixedInk;
 use super::least_squares::Effort;
 use super::optimise::{Lighting, design_weights, improve, set_up};
-use super::request::{DesignRequest, OpticsModel, Progress, ViewRequest};
+use super::request::{DesignRequest, DesignSettings, OpticsModel, Progress, ViewRequest};
 use super::scale::{enlarged_volume, reduced};
 use crate::measure::{fit, percentiles, psnr_db};
 use crate::optics::{LampPair, film_weights};
@@ -43,6 +43,22 @@ pub(super) fn solve(
     fixed: Option<&FixedInk>,
     report: &mut dyn FnMut(Progress),
 ) -> Volume {
+    let (volume, lighting) = settle(request, fixed, report);
+    let mut volume = enlarged_volume(&volume, request.stack.width_px, request.stack.height_px);
+    if let Some(fixed) = fixed {
+        fixed.put_into(&mut volume);
+    }
+    let effort = effort(&request.settings);
+    improve(request, &set_up(request, &lighting, fixed), &request.targets(), &mut volume, effort, report);
+    volume
+}
+
+/// Finds the lamps on small films, and a volume to begin from, smaller than the request's.
+pub(super) fn settle(
+    request: &DesignRequest,
+    fixed: Option<&FixedInk>,
+    report: &mut dyn FnMut(Progress),
+) -> (Volume, Lighting) {
     let search = Stage::new(reduced(request, SEARCH_PIXELS), fixed);
     let mut state = search.best(starts(request), report);
     let longer = request.stack.width_px.max(request.stack.height_px);
@@ -55,17 +71,14 @@ pub(super) fn solve(
         report(Progress::at("settling lamps on small films", pixels, longer).reaching(state.quality_db));
         pixels *= 2;
     }
-    let State { volume, lighting, .. } = state;
-    let mut volume = enlarged_volume(&volume, request.stack.width_px, request.stack.height_px);
-    if let Some(fixed) = fixed {
-        fixed.put_into(&mut volume);
-    }
-    let settings = &request.settings;
+    (state.volume, state.lighting)
+}
+
+/// When the optimiser stops.
+pub(super) fn effort(settings: &DesignSettings) -> Effort {
     // A gain of x dB lowers the loss by the part 1 - 10^(-x / 10).
     let tolerance = 1.0 - 10f64.powf(-settings.tolerance_db / 10.0);
-    let effort = Effort { iterations: settings.iterations, tolerance };
-    improve(request, &set_up(request, &lighting, fixed), &request.targets(), &mut volume, effort, report);
-    volume
+    Effort { iterations: settings.iterations, tolerance }
 }
 
 /// Lightings to begin from: under ideal optics lamps do not matter; else each view under either lamp.

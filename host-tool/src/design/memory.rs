@@ -1,6 +1,7 @@
 //! How much memory a design will use, known beforehand.
 
 use super::request::{DesignRequest, Method};
+use crate::stack::Stack;
 use crate::volume::CHANNELS;
 
 /// Bytes of a value.
@@ -18,15 +19,19 @@ const MIB: f64 = 1024.0 * 1024.0;
 
 /// Returns the most memory that designing `request` and writing its build will use, in MiB.
 pub fn predicted_memory_mib(request: &DesignRequest) -> f64 {
-    let stack = &request.stack;
+    predicted_memory_mib_of(&request.stack, request.settings.method, request.views.len())
+}
+
+/// As [`predicted_memory_mib`], before the patterns are read.
+pub fn predicted_memory_mib_of(stack: &Stack, method: Method, views: usize) -> f64 {
     let pixels = stack.film_len() as f64;
     let voxels = pixels * stack.films as f64;
     let volume = CHANNELS as f64 * VALUE * voxels;
-    let solving = match request.settings.method {
+    let solving = match method {
         Method::LeastSquares => SOLVER_VALUES * VALUE * voxels,
         Method::Product => 0.0,
     };
     let writing = FILM_BYTES * voxels;
-    let views = request.views.len() as f64 * VIEW_VALUES * CHANNELS as f64 * VALUE * pixels;
+    let views = views as f64 * VIEW_VALUES * CHANNELS as f64 * VALUE * pixels;
     PROGRAM_MIB + (volume + solving.max(writing) + views) / MIB
 }

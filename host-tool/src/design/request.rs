@@ -254,6 +254,11 @@ impl DesignRequest {
         Rays::misplaced(&self.stack, view.direction, view.distance.unwrap_or(self.distance), shifts_mm)
     }
 
+    /// As [`DesignRequest::rays`], for a view that need not be one of the request's.
+    pub(super) fn rays_of(&self, view: &ViewRequest) -> Rays {
+        Rays::misplaced(&self.stack, view.direction, view.distance.unwrap_or(self.distance), &[])
+    }
+
     /// Returns the patterns in the values in which films add up.
     pub fn targets(&self) -> Vec<Picture> {
         let tone = self.settings.tone;

@@ -4,6 +4,8 @@
 //! depend on the pixels. So a design of 64 pixels a side errs as one of thousands does, lamps and whites can be
 //! settled on it, and larger films begin from it.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::request::{DesignRequest, Tone, ViewRequest};
@@ -79,9 +81,15 @@ pub(super) fn enlarged(picture: &Picture, width: usize, height: usize) -> Pictur
 
 /// Enlarges every film as [`enlarged`] does a picture.
 pub(super) fn enlarged_volume(volume: &Volume, width: usize, height: usize) -> Volume {
-    let grid = Grid::new((volume.width(), volume.height()), (width, height));
-    let mut large = Volume::new(volume.films(), height, width);
-    let planes = large.values_mut().par_chunks_mut(width * height);
+    enlarged_rows(volume, width, height, 0..height)
+}
+
+/// Some rows of what [`enlarged_volume`] gives.
+pub(super) fn enlarged_rows(volume: &Volume, width: usize, height: usize, rows: Range<usize>) -> Volume {
+    let mut grid = Grid::new((volume.width(), volume.height()), (width, height));
+    grid.rows = grid.rows[rows].to_vec();
+    let mut large = Volume::new(volume.films(), grid.rows.len(), width);
+    let planes = large.values_mut().par_chunks_mut(width * grid.rows.len());
     planes.enumerate().for_each(|(index, plane)| {
         let (channel, film) = (index / volume.films(), index % volume.films());
         grid.enlarge(volume.film(channel, film), plane);

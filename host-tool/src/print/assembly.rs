@@ -2,12 +2,12 @@
 
 use pdf_writer::{Content, Filter, Name, Rect, Ref};
 
-use super::deflate::{Deflater, Stream};
 use super::drawing::{ALL, Align, Drawing, Style};
 use super::job::PrintJob;
 use super::pdf::{PdfFile, draw, points};
 use super::rows::OpenFilm;
 use super::write::PrintError;
+use crate::deflate::{Deflater, Stream};
 use crate::volume::CHANNELS;
 
 const WIDTH_MM: f64 = 210.0;

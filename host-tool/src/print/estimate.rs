@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::deflate::Deflater;
 use super::job::PrintJob;
 use super::rows::OpenFilm;
 use super::separation::Separation;
 use super::write::{Formats, PrintError};
+use crate::deflate::Deflater;
 use crate::volume::CHANNELS;
 
 /// What printing will take: extrapolated from some of the films.

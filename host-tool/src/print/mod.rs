@@ -6,7 +6,6 @@
 
 mod assembly;
 mod chart;
-mod deflate;
 mod dots;
 mod drawing;
 mod estimate;

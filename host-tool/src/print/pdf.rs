@@ -11,13 +11,13 @@ use pdf_writer::types::Predictor;
 use pdf_writer::{Chunk, Content, Filter, Finish, Name, Rect, Ref, TextStr};
 use rayon::prelude::*;
 
-use super::deflate::{Deflater, Piece, Stream};
 use super::dots::INCH_MM;
 use super::drawing::Drawing;
 use super::job::{PrintJob, Sheet};
 use super::rows::{OpenFilm, SheetRows};
 use super::separation::Separation;
 use super::write::PrintError;
+use crate::deflate::{Deflater, Piece, Stream};
 use crate::volume::CHANNELS;
 
 /// PDF's unit, the point, in an inch.

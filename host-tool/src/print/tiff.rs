@@ -11,11 +11,11 @@ use rayon::prelude::*;
 use tiff::encoder::{DirectoryEncoder, Rational, TiffEncoder, TiffKind, TiffKindBig, TiffKindStandard};
 use tiff::tags::Tag;
 
-use super::deflate::{Deflater, Piece, Stream};
 use super::job::{PrintJob, Sheet};
 use super::rows::{OpenFilm, SheetRows};
 use super::separation::Separation;
 use super::write::PrintError;
+use crate::deflate::{Deflater, Piece, Stream};
 use crate::volume::CHANNELS;
 
 /// Bytes of dots in a strip, about.

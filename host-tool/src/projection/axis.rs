@@ -70,6 +70,11 @@ impl Axis {
     }
 
     /// Whether every picture index samples the film's pixel of the same index alone.
+    /// The lower of the two film pixels that picture index `index` samples, where it meets the film.
+    pub(super) fn lower(&self, index: usize) -> Option<usize> {
+        self.lower.get(index).copied().flatten().map(|lower| lower as usize)
+    }
+
     pub(super) fn is_identity(&self) -> bool {
         self.identity
     }

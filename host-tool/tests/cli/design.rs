@@ -75,7 +75,9 @@ fn the_plan_is_one_that_the_controller_takes_and_names_the_films() {
 fn a_design_that_needs_more_memory_than_allowed_is_refused_beforehand() {
     let workshop = Workshop::small();
     let limited = |mib: u32| SMALL.replace("[design]\n", &format!("[design]\nmemory_mib = {mib}\n"));
-    workshop.write("exhibit.toml", limited(16));
+    // Not even a row of these does.
+    let wide = limited(16).replace("films = 8", "films = 200").replace("[64, 48]", "[4096, 64]");
+    workshop.write("exhibit.toml", wide);
     let finished = workshop.run(&["design", "exhibit.toml", "-o", "build"]);
     assert_eq!(finished.code, Some(1));
     for text in ["vitrine::design::memory", "`memory_mib` in [design] allows 16", "fewer `pixels`"] {

@@ -10,6 +10,7 @@ mod link;
 mod outlook;
 mod print;
 mod slice;
+mod strips;
 mod support;
 mod turn;
 mod view;

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::support::{Finished, Workshop, names};
+use super::support::{Finished, SMALL, Workshop, names};
 
 /// A build of 8 films, 20 x 15 mm, 64 x 48 pixels.
 fn built() -> Workshop {
@@ -70,7 +70,6 @@ fn what_cannot_be_printed_is_refused_with_a_way_out_and_leaves_nothing() {
     let before = workshop.names();
     for (more, code, advice) in [
         (["--paper", "A9"], "vitrine::print::unknown_paper", "A4 landscape"),
-        (["--paper", "roll 50"], "vitrine::print::paper_too_small", "paper = \"A4\""),
         (["--dpi", "72"], "vitrine::print::too_coarse", "82"),
     ] {
         let arguments = [&["print", "build", "-o", "sheets"], &more[..]].concat();
@@ -78,6 +77,13 @@ fn what_cannot_be_printed_is_refused_with_a_way_out_and_leaves_nothing() {
         assert_eq!(finished.code, Some(1), "{more:?}: {}", finished.stderr);
         assert!(finished.stderr.contains(code), "{more:?}: {}", finished.stderr);
         assert!(finished.stderr.contains(advice), "{more:?}: {}", finished.stderr);
+    }
+    workshop.write("exhibit.toml", SMALL.replace("width_mm = 20.0", "width_mm = 240.0"));
+    workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    let finished = workshop.run(&["print", "build", "-o", "sheets"]);
+    assert_eq!(finished.code, Some(1), "{}", finished.stderr);
+    for text in ["vitrine::print::paper_too_small", "254.0 x 194.0 mm", "paper = \"A4 landscape\""] {
+        assert!(finished.stderr.contains(text), "{text}: {}", finished.stderr);
     }
     let usage = workshop.run(&["print", "build", "-o", "sheets", "--dpi", "10x720"]);
     assert_eq!(usage.code, Some(2), "{}", usage.stderr);

@@ -8,22 +8,22 @@ use flate2::{Compress, Compression, FlushCompress};
 
 /// A row, compressed so that it can stand anywhere in a stream.
 #[derive(Clone, Debug)]
-pub(super) struct Piece {
+pub(crate) struct Piece {
     bytes: Vec<u8>,
     adler: u32,
     len: usize,
 }
 
 /// Compresses rows, one after the other.
-pub(super) struct Deflater(Compress);
+pub(crate) struct Deflater(Compress);
 
 impl Deflater {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         // The least level with codes of its own for each row: fixed codes make a blank row nine times as long.
         Self(Compress::new(Compression::new(2), false))
     }
 
-    pub(super) fn piece(&mut self, row: &[u8]) -> Piece {
+    pub(crate) fn piece(&mut self, row: &[u8]) -> Piece {
         self.0.reset();
         let mut bytes = Vec::with_capacity(row.len() / 64 + 128);
         loop {
@@ -43,31 +43,46 @@ impl Deflater {
 
 impl Piece {
     /// Bytes that the piece takes.
-    pub(super) fn compressed_len(&self) -> usize {
+    pub(crate) fn compressed_len(&self) -> usize {
         self.bytes.len()
     }
 }
 
 /// A zlib stream (RFC 1950) of pieces.
 #[derive(Clone, Debug)]
-pub(super) struct Stream {
+pub(crate) struct Stream {
     bytes: Vec<u8>,
     adler: u32,
 }
 
 impl Stream {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         // A window of 32 KiB, a fast algorithm.
         Self { bytes: vec![0x78, 0x01], adler: 1 }
     }
 
-    pub(super) fn push(&mut self, piece: &Piece) {
+    /// Goes on with a stream whose pieces so far have this checksum and are elsewhere.
+    pub(crate) fn following(adler: u32) -> Self {
+        Self { bytes: Vec::new(), adler }
+    }
+
+    /// The checksum of the pieces so far.
+    pub(crate) fn adler(&self) -> u32 {
+        self.adler
+    }
+
+    /// The bytes so far, without an end.
+    pub(crate) fn so_far(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    pub(crate) fn push(&mut self, piece: &Piece) {
         self.bytes.extend_from_slice(&piece.bytes);
         self.adler = combined(self.adler, piece.adler, piece.len);
     }
 
     /// Ends the stream.
-    pub(super) fn finish(mut self) -> Vec<u8> {
+    pub(crate) fn finish(mut self) -> Vec<u8> {
         // An empty block that says it is the last.
         self.bytes.extend([0x03, 0x00]);
         self.bytes.extend(self.adler.to_be_bytes());
