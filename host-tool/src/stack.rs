@@ -29,6 +29,13 @@ pub struct Stack {
     pub spacer_tau_uv: f64,
     /// Part of the visible light that one spacer lets through at normal incidence.
     pub spacer_tau_visible: f64,
+    /// How far the light of one print dot spreads in its film: the standard deviation along each axis in µm.
+    pub blur_um: f64,
+    /// Light of the red, green and blue ink where they glow alike; 1 each where separations balance them.
+    pub ink_yields: [f64; 3],
+    /// Absorbance of full ink for the lamps' ultraviolet, by the natural logarithm: where it is high, more ink adds
+    /// ever less light. 0 means that light is in proportion to ink.
+    pub ink_absorbance: f64,
 }
 
 /// What is wrong with the description of a stack.
@@ -57,6 +64,9 @@ impl Default for Stack {
             tau_visible: 0.90,
             spacer_tau_uv: 1.0,
             spacer_tau_visible: 1.0,
+            blur_um: 0.0,
+            ink_yields: [1.0; 3],
+            ink_absorbance: 0.0,
         }
     }
 }
@@ -98,6 +108,17 @@ impl Stack {
                 return fail(field, value, "greater than 0 and at most 1");
             }
         }
+        if !(0.0..=1000.0).contains(&self.blur_um) {
+            return fail("blur_um", self.blur_um, "0 to 1000");
+        }
+        for part in self.ink_yields {
+            if !(0.01..=1.0).contains(&part) {
+                return fail("ink_yields", part, "0.01 to 1 for each ink");
+            }
+        }
+        if !(0.0..=10.0).contains(&self.ink_absorbance) {
+            return fail("ink_absorbance", self.ink_absorbance, "0 to 10");
+        }
         Ok(self)
     }
 
@@ -134,6 +155,11 @@ impl Stack {
     /// Part of the visible light that one film and one spacer let through at normal incidence.
     pub fn layer_tau_visible(&self) -> f64 {
         self.tau_visible * self.spacer_tau_visible
+    }
+
+    /// The print's blur along each axis as a variance in square pixels.
+    pub fn blur_variance_px(&self) -> f64 {
+        (self.blur_um / 1000.0 / self.pixel_mm()).powi(2)
     }
 
     /// Pixels of one film.

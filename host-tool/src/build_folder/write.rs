@@ -1,5 +1,6 @@
 //! Writes a build folder, whole or not at all.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,7 @@ use super::report::Report;
 use super::whole::WholeFolder;
 use crate::config::{Exhibit, PlanPairs, ZoneError};
 use crate::design::{AsBuilt, Design, DesignRequest};
+use crate::emission::Emission;
 use crate::measure::structural_similarity;
 use crate::object::ObjectReport;
 use crate::picture::Picture;
@@ -168,9 +170,11 @@ pub fn write(
     }
     let mut files = BTreeMap::new();
     let films = films::encode(&design.volume, depth)?;
-    let films_of_the_page = match depth {
-        InkDepth::Eight => films.clone(),
-        InkDepth::Sixteen => films::encode(&design.volume, InkDepth::Eight)?,
+    // The page adds up light.
+    let light = Emission::of(&request.stack).light(&design.volume);
+    let films_of_the_page = match (depth, &light) {
+        (InkDepth::Eight, Cow::Borrowed(_)) => films.clone(),
+        _ => films::encode(&light, InkDepth::Eight)?,
     };
     for (index, film) in films.into_iter().enumerate() {
         files.insert(films::film_name(index), film);

@@ -28,8 +28,9 @@ Examples:
   vitrine design exhibit.toml -o build --as-built
   vitrine design exhibit.toml -o build --json | jq .mean_psnr_db
 
-report.html tells what becomes of the views in human hands, from 6 random stacks, always the same; --as-built looks at 16: films misplaced as [design] misplacement_um says, gaps off by a
-twentieth of spacer_mm, viewers astray by 1 degree and by a tenth of their distance (all standard deviations).
+report.html tells what becomes of the views in human hands, from 6 random stacks, always the same; --as-built looks at
+16: with the errors of films, gaps and viewers that [design] expects (misplacement_um, spacing_um,
+direction_error_deg, distance_error_part: all standard deviations).
 
 The folder is written whole or not at all; a build that is there already is replaced, anything else is not. Ctrl-C
 stops the optimiser within an iteration and writes nothing; the exit code is 130.")]

@@ -31,6 +31,9 @@ impl Exhibit {
             tau_visible: stack.tau_visible,
             spacer_tau_uv: stack.spacer_tau_uv,
             spacer_tau_visible: stack.spacer_tau_visible,
+            blur_um: stack.blur_um,
+            ink_yields: stack.ink_yields,
+            ink_absorbance: stack.ink_absorbance,
         }
     }
 
@@ -151,6 +154,9 @@ impl Exhibit {
             tone: self.tone(),
             brightness: self.design.brightness,
             misplacement_um: self.design.misplacement_um,
+            spacing_um: self.design.spacing_um,
+            direction_error_deg: self.design.direction_error_deg,
+            distance_error_part: self.design.distance_error_part,
             white_ratio: self.design.white_ratio,
             structure: self.design.structure,
             balance: self.design.balance,
