@@ -5,29 +5,38 @@
 //! ```
 //!
 //! Rows are `code-three`, `code-four`, `linear-three`, `linear-four` (ideal optics, parallel rays),
-//! `films-three`, `films-four` (films 0.82/0.90, own lamps, code values), `built-three`, `built-four` (the same
-//! for a viewer at 600 mm and films misplaced by 68 µm, as built) and any of them with `-product` behind, for
-//! the paper's Eq. 1. Without a row, all are printed.
+//! `films-three`, `films-four` (films 0.82/0.90, own lamps, code values), `six-pages` (the same for two pictures in
+//! each of three directions, one under each lamp: the four photographs, and two of them turned upside down),
+//! `built-three`, `built-four` (films, a viewer at 600 mm and all errors of hands and viewers expected; figures are
+//! those of 16 stacks with films misplaced by 68 µm), `built-linear-three`, `built-linear-four` (the same in light) and
+//! any of them with `-product` behind, for the paper's Eq. 1. Without a row, all are printed.
+//!
+//! `--misplaced-alone` designs for misplaced films and no other error, `--careless` for none; `--levels N` for a printer
+//! that knows N ink levels, and `--rounded N` rounds each film of a continuous design by itself.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
 
 use std::time::Instant;
 
-use common::{FOUR, THREE, request};
+use common::{FOUR, THREE, photo, request};
 use vitrine::design::{
-    Design, DesignRequest, DesignSettings, Method, OpticsModel, SEED, STACKS, Tone, as_built, design,
+    Design, DesignRequest, DesignSettings, HandErrors, Method, OpticsModel, SEED, STACKS, Tone, ViewRequest,
+    as_built, built_by_hand, design,
 };
+use vitrine::optics::Direction;
 use vitrine::projection::ViewerDistance;
-use vitrine::volume::InkDepth;
+use vitrine::volume::{CHANNELS, InkDepth};
+use vitrine_exhibit::units::Lamp;
 
-const ROWS: [&str; 8] = [
+const ROWS: [&str; 9] = [
     "code-three",
     "code-four",
     "linear-three",
     "linear-four",
     "films-three",
     "films-four",
+    "six-pages",
     "built-three",
     "built-four",
 ];
@@ -35,6 +44,7 @@ const ROWS: [&str; 8] = [
 fn main() {
     let mut rows = Vec::new();
     let mut pixels = None;
+    let mut rounded = None;
     let mut settings = DesignSettings::default();
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
@@ -46,6 +56,10 @@ fn main() {
             "--balance" => settings.balance = number(),
             "--bits" if number() == 16.0 => settings.ink_depth = InkDepth::Sixteen,
             "--bits" => settings.ink_depth = InkDepth::Eight,
+            "--misplaced-alone" => settings = settings.expecting(HandErrors::misplaced(68.0)),
+            "--careless" => settings = settings.expecting(HandErrors::misplaced(0.0)),
+            "--levels" => settings.levels = Some(number() as u16),
+            "--rounded" => rounded = Some(number() as f32 - 1.0),
             "--iterations" => settings.iterations = number() as usize,
             "--tolerance" => settings.tolerance_db = number(),
             _ => rows.push(argument),
@@ -65,25 +79,58 @@ fn main() {
             }
         })
         .expect("a design");
+        let found = match rounded {
+            None => found,
+            Some(steps) => {
+                let mut volume = found.volume;
+                volume.values_mut().iter_mut().for_each(|ink| *ink = (*ink * steps).round() / steps);
+                Design::of(&wanted, volume)
+            }
+        };
         print(&row, &wanted, &found);
         println!("  {solved:>6.2} {:>6.2}", begin.elapsed().as_secs_f64());
     }
 }
 
 fn wanted(row: &str, pixels: Option<usize>, settings: &DesignSettings) -> DesignRequest {
-    let views = if row.contains("four") { &FOUR[..] } else { &THREE[..] };
     let built = row.starts_with("built");
-    let ideal = !built && !row.starts_with("films");
+    let ideal = !built && !row.starts_with("films") && !row.starts_with("six");
+    let errors =
+        if built { settings.clone() } else { settings.clone().expecting(HandErrors::misplaced(0.0)) };
     let settings = DesignSettings {
         method: if row.ends_with("product") { Method::Product } else { Method::LeastSquares },
         optics: if ideal { OpticsModel::Ideal } else { OpticsModel::Stack },
-        tone: if row.starts_with("linear") { Tone::Linear } else { Tone::Code },
-        misplacement_um: if built { 68.0 } else { 0.0 },
-        ..settings.clone()
+        tone: if row.contains("linear") { Tone::Linear } else { Tone::Code },
+        ..errors
     };
     let pixels = pixels.unwrap_or(if built { 256 } else { 512 });
     let distance = if built { ViewerDistance::Millimetres(600.0) } else { ViewerDistance::Parallel };
-    DesignRequest { distance, ..request(views, pixels, settings) }
+    let views = if row.contains("four") { &FOUR[..] } else { &THREE[..] };
+    let mut request = DesignRequest { distance, ..request(views, pixels, settings) };
+    if row.starts_with("six") {
+        request.views = six_pages(pixels);
+    }
+    request
+}
+
+/// Two pictures in each of three directions.
+fn six_pages(pixels: usize) -> Vec<ViewRequest> {
+    let page = |name: &str, degrees: f64, lamp: Lamp, turned: bool| {
+        let mut pattern = photo(name, pixels);
+        if turned {
+            (0..CHANNELS).for_each(|channel| pattern.channel_mut(channel).reverse());
+        }
+        let id = format!("{name}{}", if turned { "-turned" } else { "" });
+        ViewRequest { lamp: Some(lamp), ..ViewRequest::new(id, pattern, Direction::new(degrees, 0.0)) }
+    };
+    vec![
+        page("astronaut", 30.0, Lamp::Top, false),
+        page("coffee", 30.0, Lamp::Bottom, false),
+        page("cat", 0.0, Lamp::Top, false),
+        page("rocket", 0.0, Lamp::Bottom, false),
+        page("astronaut", -30.0, Lamp::Top, true),
+        page("coffee", -30.0, Lamp::Bottom, true),
+    ]
 }
 
 fn print(row: &str, wanted: &DesignRequest, found: &Design) {
@@ -95,6 +142,17 @@ fn print(row: &str, wanted: &DesignRequest, found: &Design) {
         let pairs: Vec<_> = found.views.iter().map(|view| view.emphasis).collect();
         let built = as_built(wanted, &found.volume, &pairs, STACKS, SEED);
         (mean, least, ssim) = (built.mean_psnr_db(), built.least_psnr_db(), built.mean_ssim());
+        let hands = built_by_hand(wanted, &found.volume, &pairs, HandErrors::expected(wanted), STACKS, SEED);
+        for (what, built) in [("films misplaced alone", built), ("all errors of hands", hands)] {
+            println!(
+                "    {what}: {:.2} dB, least {:.2}, worst {:.2}; SSIM {:.4}, worst {:.4}",
+                built.mean_psnr_db(),
+                built.least_psnr_db(),
+                built.worst_psnr_db(),
+                built.mean_ssim(),
+                built.worst_ssim()
+            );
+        }
     }
     print!("{row:<16} {mean:>7.2} {least:>9.2}  {ssim:.4}  {mean_light:.3} ({least_light:.3})");
 }

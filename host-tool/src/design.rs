@@ -21,6 +21,7 @@ mod pedestal;
 mod product;
 mod request;
 mod result;
+mod robust;
 mod scale;
 mod stop;
 mod strips;

@@ -37,32 +37,6 @@ pub struct Rays {
     films: Vec<FilmRays>,
 }
 
-/// Which pixels of the picture sample each pixel of one film.
-#[derive(Clone, Debug)]
-pub(crate) struct FilmTaps {
-    /// By film row: picture rows.
-    pub(crate) rows: Taps,
-    /// By film column: picture columns.
-    pub(crate) columns: Taps,
-}
-
-/// Along one axis, for each film pixel: the picture indices that sample it, with their weights.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Taps {
-    starts: Vec<usize>,
-    all: Vec<(u32, f32)>,
-}
-
-impl Taps {
-    /// Returns the picture indices that sample film pixel `index`, with their weights.
-    pub(crate) fn of(&self, index: usize) -> &[(u32, f32)] {
-        match (self.starts.get(index), self.starts.get(index + 1)) {
-            (Some(&start), Some(&end)) => &self.all[start..end],
-            _ => &[],
-        }
-    }
-}
-
 #[derive(Clone, Debug)]
 struct FilmRays {
     rows: Axis,
@@ -123,13 +97,10 @@ impl Rays {
         Self { width: stack.width_px, height: stack.height_px, films }
     }
 
-    /// Returns which pixels of the picture sample each pixel of film `film`, and with what weights.
-    pub(crate) fn taps(&self, film: usize) -> FilmTaps {
-        let taps = |axis: fn(&FilmRays) -> &Axis| self.films.get(film).map(|rays| axis(rays).taps());
-        FilmTaps {
-            rows: taps(|rays| &rays.rows).unwrap_or_default(),
-            columns: taps(|rays| &rays.columns).unwrap_or_default(),
-        }
+    /// The part of a pixel of film `film` that its rays share with each neighbour, along the rows and along the columns:
+    /// the mean of f (1 - f) for rays that meet the film f pixels beside a pixel's centre.
+    pub(crate) fn shared_with_neighbours(&self, film: usize) -> [f64; 2] {
+        self.films.get(film).map_or([0.0; 2], |rays| [rays.columns.shared(), rays.rows.shared()])
     }
 
     /// Columns of the picture and of each film.

@@ -34,6 +34,13 @@ pub struct Stack {
     pub spacer_tau_visible: f64,
     /// How many rows the middle of these rows lies above that of the whole films: 0 but for a strip of them.
     pub above_middle_px: f64,
+    /// How far the light of one print dot spreads in its film: the standard deviation along each axis in µm.
+    pub blur_um: f64,
+    /// Light of the red, green and blue ink where they glow alike; 1 each where separations balance them.
+    pub ink_yields: [f64; 3],
+    /// Absorbance of full ink for the lamps' ultraviolet, by the natural logarithm: where it is high, more ink adds
+    /// ever less light. 0 means that light is in proportion to ink.
+    pub ink_absorbance: f64,
 }
 
 /// What is wrong with the description of a stack.
@@ -63,6 +70,9 @@ impl Default for Stack {
             spacer_tau_uv: 1.0,
             spacer_tau_visible: 1.0,
             above_middle_px: 0.0,
+            blur_um: 0.0,
+            ink_yields: [1.0; 3],
+            ink_absorbance: 0.0,
         }
     }
 }
@@ -103,6 +113,17 @@ impl Stack {
             if !(value > 0.0 && value <= 1.0) {
                 return fail(field, value, "greater than 0 and at most 1");
             }
+        }
+        if !(0.0..=1000.0).contains(&self.blur_um) {
+            return fail("blur_um", self.blur_um, "0 to 1000");
+        }
+        for part in self.ink_yields {
+            if !(0.01..=1.0).contains(&part) {
+                return fail("ink_yields", part, "0.01 to 1 for each ink");
+            }
+        }
+        if !(0.0..=10.0).contains(&self.ink_absorbance) {
+            return fail("ink_absorbance", self.ink_absorbance, "0 to 10");
         }
         Ok(self)
     }
@@ -145,6 +166,11 @@ impl Stack {
     /// Whether a volume of these films is larger than any that is held in memory.
     pub fn is_too_large_for_memory(&self) -> bool {
         self.film_len().saturating_mul(self.films) > MOST_VOXELS_IN_MEMORY
+    }
+
+    /// The print's blur along each axis as a variance in square pixels.
+    pub fn blur_variance_px(&self) -> f64 {
+        (self.blur_um / 1000.0 / self.pixel_mm()).powi(2)
     }
 
     /// Pixels of one film.

@@ -4,7 +4,8 @@ mod common;
 
 use common::{FOUR, THREE, request};
 use vitrine::design::{
-    Design, DesignError, DesignRequest, DesignSettings, Method, OpticsModel, SEED, Tone, as_built, design,
+    Design, DesignError, DesignRequest, DesignSettings, HandErrors, Method, OpticsModel, SEED, Tone,
+    as_built, design,
 };
 use vitrine::projection::ViewerDistance;
 
@@ -68,9 +69,10 @@ fn as_built_a_design_keeps_far_more_than_the_product() {
 fn reckoning_with_misplaced_films_pays_when_they_are() {
     let mut robust = built(&THREE, Method::LeastSquares);
     // As many pixels of these small films as 68 µm are of a film of 512.
-    robust.settings.misplacement_um = 68.0 * 512.0 / PIXELS as f64;
+    let errors = HandErrors::misplaced(68.0 * 512.0 / PIXELS as f64);
+    robust.settings = robust.settings.expecting(errors);
     let mut careless = robust.clone();
-    careless.settings.misplacement_um = 0.0;
+    careless.settings = careless.settings.expecting(HandErrors::misplaced(0.0));
     let look = |designed: &DesignRequest| {
         let design = solve(designed);
         let pairs: Vec<_> = design.views.iter().map(|view| view.emphasis).collect();

@@ -1,11 +1,12 @@
-//! What a view counts and how it is lit: masks, lamps of its own, whites, distances.
+//! What a view counts, how it is lit and what its films do with ink: masks, lamps of its own, whites, distances, emission.
 
 mod common;
 
 use common::{FOUR, THREE, request};
-use vitrine::design::{Design, DesignRequest, DesignSettings, OpticsModel, Tone, design};
+use vitrine::design::{Design, DesignRequest, DesignSettings, HandErrors, OpticsModel, Tone, design};
 use vitrine::optics::LampPair;
 use vitrine::projection::ViewerDistance;
+use vitrine::stack::Stack;
 use vitrine_exhibit::units::Lamp;
 
 const PIXELS: usize = 64;
@@ -65,7 +66,8 @@ fn a_view_with_a_distance_of_its_own_is_seen_from_there() {
 /// Two pages in each of two directions.
 fn pages() -> DesignRequest {
     let views = FOUR.map(|(name, horizontal_deg, _)| (name, 1.25 * horizontal_deg, 0.0));
-    let settings = DesignSettings { tone: Tone::Code, misplacement_um: 0.0, ..DesignSettings::default() };
+    let settings = DesignSettings { tone: Tone::Code, ..DesignSettings::default() };
+    let settings = settings.expecting(HandErrors::misplaced(0.0));
     let mut pages = request(&views, PIXELS, settings);
     for (index, view) in pages.views.iter_mut().enumerate() {
         view.lamp = Some(if index < 2 { Lamp::Top } else { Lamp::Bottom });
@@ -130,4 +132,32 @@ fn the_pair_for_two_views_serves_them_better_than_the_mean_of_their_own() {
         let gained = quality(views, shared.pair) - quality(views, mean);
         assert!(gained > -0.02, "{views:?}: {gained} dB, {:?} against {mean:?}", shared.pair);
     }
+}
+
+/// What a design that knows its films gains over one that takes them for plain ones, in dB.
+fn gain_of_knowing(change: impl Fn(&mut Stack)) -> f64 {
+    let plain = request(&THREE, PIXELS, DesignSettings { tone: Tone::Code, ..DesignSettings::default() });
+    let mut real = plain.clone();
+    change(&mut real.stack);
+    let knowing = designed(&real);
+    let ignorant = Design::of(&real, designed(&plain).volume);
+    println!("{:.2} against {:.2} dB", knowing.mean_psnr_db(), ignorant.mean_psnr_db());
+    assert!(knowing.volume.values().iter().all(|ink| (0.0..=1.0).contains(ink)));
+    knowing.mean_psnr_db() - ignorant.mean_psnr_db()
+}
+
+#[test]
+fn knowing_that_full_ink_saturates_pays() {
+    assert!(gain_of_knowing(|stack| stack.ink_absorbance = 2.0) > 1.0);
+}
+
+#[test]
+fn knowing_that_red_ink_is_faint_pays() {
+    assert!(gain_of_knowing(|stack| stack.ink_yields = [0.43, 0.85, 0.89]) > 1.0);
+}
+
+#[test]
+fn knowing_that_light_spreads_pays() {
+    // A pixel and a half of these films.
+    assert!(gain_of_knowing(|stack| stack.blur_um = 820.0) > 0.5);
 }

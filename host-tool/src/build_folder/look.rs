@@ -1,6 +1,7 @@
 //! What a viewer of a build sees from any direction, under any lamp pair.
 
 use crate::config::{Exhibit, ToneSetting, distance};
+use crate::emission::Emission;
 use crate::measure::percentiles;
 use crate::optics::{Direction, LampPair, film_weights, ideal_weights};
 use crate::picture::Picture;
@@ -21,7 +22,7 @@ pub struct LookRequest {
     pub distance: ViewerDistance,
     /// The lamps' levels.
     pub lamps: LampPair,
-    /// Whether nothing absorbs.
+    /// Whether nothing absorbs, blurs or saturates.
     pub ideal: bool,
     /// What the light is multiplied by; `None` brings its 99.5th percentile to 1.
     pub gain: Option<f64>,
@@ -59,12 +60,12 @@ impl LookRequest {
 /// Looks at the `volume` of `exhibit`.
 pub fn look(exhibit: &Exhibit, volume: &Volume, request: &LookRequest) -> Look {
     let stack = exhibit.film_stack();
-    let weights = match request.ideal {
-        true => ideal_weights(&stack),
-        false => film_weights(&stack, request.direction, request.lamps),
+    let (weights, emission) = match request.ideal {
+        true => (ideal_weights(&stack), Emission::default()),
+        false => (film_weights(&stack, request.direction, request.lamps), Emission::of(&stack)),
     };
     let weight_sum: f64 = weights.iter().sum();
-    let projection = project(volume, &stack, request.direction, request.distance, &weights);
+    let projection = project(&emission.light(volume), &stack, request.direction, request.distance, &weights);
     let light = projection.map(|value| if weight_sum > 0.0 { value / weight_sum as f32 } else { 0.0 });
     let gain = request.gain.unwrap_or_else(|| {
         let [white] = percentiles(light.values(), [WHITE_PERCENT]);

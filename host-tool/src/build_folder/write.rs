@@ -1,5 +1,6 @@
 //! Writes a build folder, whole or not at all.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -18,6 +19,7 @@ use super::strips::{GrowingFilms, JOURNAL};
 use super::whole::{WholeFolder, put_in_place};
 use crate::config::{Exhibit, PlanPairs, ZoneError};
 use crate::design::{AsBuilt, Design, DesignRequest};
+use crate::emission::Emission;
 use crate::measure::structural_similarity;
 use crate::object::ObjectReport;
 use crate::picture::Picture;
@@ -165,9 +167,11 @@ pub fn write(
     check_place(place)?;
     let depth = request.settings.ink_depth;
     let films = films::encode(&design.volume, depth)?;
-    let films_of_the_page = match depth {
-        InkDepth::Eight => films.clone(),
-        InkDepth::Sixteen => films::encode(&design.volume, InkDepth::Eight)?,
+    // The page adds up light.
+    let light = Emission::of(&request.stack).light(&design.volume);
+    let films_of_the_page = match (depth, &light) {
+        (InkDepth::Eight, Cow::Borrowed(_)) => films.clone(),
+        _ => films::encode(&light, InkDepth::Eight)?,
     };
     let named = films.into_iter().enumerate().map(|(index, film)| (films::film_name(index), film));
     let named: BTreeMap<String, Vec<u8>> = named.collect();
@@ -197,7 +201,8 @@ pub fn write_grown(
     check_place(place)?;
     let folder = growing.folder().to_owned();
     let grown = growing.finish()?;
-    let films_of_the_page = films::encode(&design.volume, InkDepth::Eight)?;
+    let light = Emission::of(&request.stack).light(&design.volume);
+    let films_of_the_page = films::encode(&light, InkDepth::Eight)?;
     let films = Films { volume: grown.volume, of_the_page: &films_of_the_page, hashes: grown.files };
     let (report, files) = described(inputs, exhibit, request, Beside::default(), design, films)?;
     for (name, bytes) in &files {

@@ -30,8 +30,9 @@ Examples:
   vitrine design exhibit.toml -o build --strips --dry-run
   vitrine design exhibit.toml -o build --json | jq .mean_psnr_db
 
-report.html tells what becomes of the views in human hands, from 6 random stacks, always the same; --as-built looks at 16: films misplaced as [design] misplacement_um says, gaps off by a
-twentieth of spacer_mm, viewers astray by 1 degree and by a tenth of their distance (all standard deviations).
+report.html tells what becomes of the views in human hands, from 6 random stacks, always the same; --as-built looks at
+16: with the errors of films, gaps and viewers that [design] expects (misplacement_um, spacing_um,
+direction_error_deg, distance_error_part: all standard deviations).
 
 Films too large for memory (or for `memory_mib` in [design]) are designed by strips of rows. They grow in BUILD.unfinished;
 Ctrl-C or a loss of power costs one strip, and the same command goes on. Their lamps and report are those of the same

@@ -60,8 +60,8 @@ pub(super) enum Outcome {
 
 /// Whether the exhibit's films are too large for the memory that it may use.
 pub(super) fn are_needed(exhibit: &Exhibit) -> bool {
-    let needed =
-        design::predicted_memory_mib_of(&exhibit.film_stack(), exhibit.method(), exhibit.views.len());
+    let settings = exhibit.settings(InkDepth::default());
+    let needed = design::predicted_memory_mib_of(&exhibit.film_stack(), &settings, exhibit.views.len());
     let allowed = exhibit.design.memory_mib.map_or(f64::INFINITY, f64::from);
     needed > allowed || exhibit.is_too_large_for_memory()
 }
@@ -83,7 +83,8 @@ pub(super) fn design_by_strips(
         .strip_request(folder, depth, SMALL_PX, STRIPS_PART * f64::from(allowed_mib))
         .map_err(DesignFailure::from)?;
     let stack = exhibit.film_stack();
-    let needed_mib = design::predicted_memory_mib_of(&stack, exhibit.method(), exhibit.views.len()) as u64;
+    let settings = exhibit.settings(depth);
+    let needed_mib = design::predicted_memory_mib_of(&stack, &settings, exhibit.views.len()) as u64;
     let request = request.ok_or(DesignFailure::Memory { needed_mib, allowed_mib })?;
     let (stop, settings) = (request.small.stop.clone(), request.small.clone());
     let progress = &mut Progress::new(output.is_json());

@@ -64,6 +64,12 @@ pub struct StackSettings {
     pub spacer_tau_uv: f64,
     /// Part of the visible light that passes a spacer, 0..=1.
     pub spacer_tau_visible: f64,
+    /// How far the light of a print dot spreads in its film: the standard deviation along each axis.
+    pub blur_um: f64,
+    /// Light of the red, green and blue ink where they glow alike, 0..=1.
+    pub ink_yields: [f64; 3],
+    /// Absorbance of full ink for the lamps' ultraviolet, by the natural logarithm.
+    pub ink_absorbance: f64,
 }
 
 impl StackSettings {
@@ -136,6 +142,12 @@ pub struct DesignSettings {
     pub brightness: f64,
     /// Expected misplacement of each film along each axis.
     pub misplacement_um: f64,
+    /// Expected error of each gap between two films.
+    pub spacing_um: f64,
+    /// Expected error of the viewer's direction along each axis.
+    pub direction_error_deg: f64,
+    /// Expected error of the viewer's distance, as a part of it.
+    pub distance_error_part: f64,
     /// What is added to the patterns' black before white is brought back to 1: T becomes (T + p) / (1 + p).
     pub pedestal: f64,
     /// The largest ratio between the apparent whites of two views.

@@ -36,6 +36,9 @@ impl Exhibit {
             spacer_tau_uv: stack.spacer_tau_uv,
             spacer_tau_visible: stack.spacer_tau_visible,
             above_middle_px: 0.0,
+            blur_um: stack.blur_um,
+            ink_yields: stack.ink_yields,
+            ink_absorbance: stack.ink_absorbance,
         }
     }
 
@@ -209,7 +212,8 @@ impl Exhibit {
         }
     }
 
-    fn settings(&self, ink_depth: InkDepth) -> DesignSettings {
+    /// How to design, in the engine's terms, for films of this depth.
+    pub fn settings(&self, ink_depth: InkDepth) -> DesignSettings {
         DesignSettings {
             method: self.method(),
             optics: match self.design.optics {
@@ -219,6 +223,9 @@ impl Exhibit {
             tone: self.tone(),
             brightness: self.design.brightness,
             misplacement_um: self.design.misplacement_um,
+            spacing_um: self.design.spacing_um,
+            direction_error_deg: self.design.direction_error_deg,
+            distance_error_part: self.design.distance_error_part,
             white_ratio: self.design.white_ratio,
             structure: self.design.structure,
             balance: self.design.balance,

@@ -113,7 +113,7 @@ fn special(table: &str, key: &str) -> Value {
         ("[print]", "inks") => {
             json!({ "type": "array", "items": { "type": "string" }, "minItems": 3, "maxItems": 3 })
         }
-        ("[print]", "yields" | "quench") => numbers(3),
+        ("[print]", "yields" | "quench") | ("[stack]", "ink_yields") => numbers(3),
         ("[lamps]", "calibration") => json!({ "type": "array", "items": numbers(2) }),
         ("[lamps]", "ultraviolet_at_full_w_m2") => {
             json!({ "anyOf": [numbers(2), { "const": "not measured" }] })

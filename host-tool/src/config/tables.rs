@@ -79,6 +79,13 @@ pub(super) fn stack(mut reader: TableReader<'_>, problems: &mut Problems) -> Sta
         tau_visible: reader.number("tau_visible", layer.tau_visible, TRANSMITTANCE),
         spacer_tau_uv: reader.number("spacer_tau_uv", layer.spacer_tau_uv, TRANSMITTANCE),
         spacer_tau_visible: reader.number("spacer_tau_visible", layer.spacer_tau_visible, TRANSMITTANCE),
+        blur_um: reader.number("blur_um", 0.0, bounds(0.0, 1000.0, "it is how far a dot's light spreads")),
+        ink_yields: ink_yields(&mut reader),
+        ink_absorbance: reader.number(
+            "ink_absorbance",
+            0.0,
+            bounds(0.0, 10.0, "0 is light in proportion to ink; with more, full ink adds ever less light"),
+        ),
     };
     let voxels = u64::from(stack.films) * u64::from(pixels[0]) * u64::from(pixels[1]);
     if voxels > MOST_ON_DISK {
@@ -88,6 +95,22 @@ pub(super) fn stack(mut reader: TableReader<'_>, problems: &mut Problems) -> Sta
     }
     reader.finish(problems);
     stack
+}
+
+/// `ink_yields = [red, green, blue]`.
+fn ink_yields(reader: &mut TableReader<'_>) -> [f64; 3] {
+    const DEFAULT: [f64; 3] = [1.0; 3];
+    const WANTED: &str = "three numbers from 0.01 to 1, for red, green and blue";
+    let Some(items) = reader.array("ink_yields", WANTED) else { return DEFAULT };
+    let yields: Option<Vec<f64>> = items.iter().map(|item| as_number(item.get_ref())).collect();
+    match yields.map(<[f64; 3]>::try_from) {
+        Some(Ok(yields)) if yields.iter().all(|part| (0.01..=1.0).contains(part)) => yields,
+        _ => {
+            let message = "`ink_yields` in [stack] is not three parts of light".to_owned();
+            reader.report_value(reader.span(), message, format!("give {WANTED}"));
+            DEFAULT
+        }
+    }
 }
 
 /// `pixels = 512` or `pixels = [width, height]`.
@@ -145,7 +168,7 @@ pub(super) fn viewer(
     ViewerSettings { distance_mm, frame: frame.unwrap_or(FrameSetting::Film) }
 }
 
-/// `[design]`. Without absorption there are no misplaced films either, unless the file says so.
+/// `[design]`. Without absorption there are no errors of hands and viewers either, unless the file says so.
 pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Problems) -> DesignSettings {
     let method = reader.choice(
         "method",
@@ -155,7 +178,7 @@ pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Problems) -> De
     let tone = reader.choice("tone", &[("linear", ToneSetting::Linear), ("code", ToneSetting::Code)]);
     let optics = optics.unwrap_or(OpticsSetting::Stack);
     let defaults = crate::design::DesignSettings::default();
-    let misplacement = if optics == OpticsSetting::Ideal { 0.0 } else { 68.0 };
+    let expected = |error: f64| if optics == OpticsSetting::Ideal { 0.0 } else { error };
     let settings = DesignSettings {
         method: method.unwrap_or(MethodSetting::LeastSquares),
         optics,
@@ -163,8 +186,23 @@ pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Problems) -> De
         brightness: reader.number("brightness", 0.4, bounds(0.01, 1.0, "more is brighter, less is truer")),
         misplacement_um: reader.number(
             "misplacement_um",
-            misplacement,
+            expected(defaults.misplacement_um),
             bounds(0.0, 5000.0, "films laid by hand on pins are about 68 um off"),
+        ),
+        spacing_um: reader.number(
+            "spacing_um",
+            expected(defaults.spacing_um),
+            bounds(0.0, 5000.0, "acrylic sheet is sold within a tenth of its thickness"),
+        ),
+        direction_error_deg: reader.number(
+            "direction_error_deg",
+            expected(defaults.direction_error_deg),
+            bounds(0.0, 20.0, "who leans from one foot to the other moves by a degree or two"),
+        ),
+        distance_error_part: reader.number(
+            "distance_error_part",
+            expected(defaults.distance_error_part),
+            bounds(0.0, 0.3, "visitors keep a distance within a fifth"),
         ),
         pedestal: reader.number("pedestal", 0.0, bounds(0.0, 10.0, "more is truer and has less contrast")),
         white_ratio: reader.number(

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::request::{DesignRequest, ViewRequest};
+use crate::emission::Emission;
 use crate::measure::{fit, psnr_db, structural_similarity};
 use crate::optics::{Direction, LampPair, film_weights};
 use crate::projection::{Rays, ViewerDistance, project_along};
@@ -31,20 +32,14 @@ pub struct HandErrors {
 }
 
 impl HandErrors {
-    /// Acrylic sheet is sold within a tenth of its thickness: two standard deviations.
-    const SPACING_PART: f64 = 0.05;
-    /// Who leans from one foot to the other moves by some 20 mm at arm's length.
-    const DIRECTION_DEG: f64 = 1.0;
-    /// Visitors keep a distance within a fifth: two standard deviations.
-    const DISTANCE_PART: f64 = 0.1;
-
-    /// The errors to be expected of `request`: its films' misplacement, spacers as they are sold, visitors as they stand.
+    /// The errors that `request` expects.
     pub fn expected(request: &DesignRequest) -> Self {
+        let settings = &request.settings;
         Self {
-            misplacement_um: request.settings.misplacement_um,
-            spacing_um: 1000.0 * Self::SPACING_PART * request.stack.spacer_mm,
-            direction_deg: Self::DIRECTION_DEG,
-            distance_part: Self::DISTANCE_PART,
+            misplacement_um: settings.misplacement_um,
+            spacing_um: settings.spacing_um,
+            direction_deg: settings.direction_error_deg,
+            distance_part: settings.distance_error_part,
         }
     }
 
@@ -135,12 +130,13 @@ pub fn built_by_hand(
     stacks: usize,
     seed: u64,
 ) -> AsBuilt {
+    let light = Emission::of(&request.stack).light(volume);
     let looks: Vec<Vec<(f64, f64)>> = (0..stacks)
         .into_par_iter()
         .map(|stack| {
             let built = Built::at_random(request, errors, seed.wrapping_add(stack as u64));
             let views = request.views.iter().zip(pairs);
-            views.map(|(view, &pair)| built.look(request, volume, view, pair)).collect()
+            views.map(|(view, &pair)| built.look(request, &light, view, pair)).collect()
         })
         .collect();
     let count = looks.len().max(1) as f64;
@@ -196,7 +192,7 @@ impl Built {
     fn look(
         &self,
         request: &DesignRequest,
-        volume: &Volume,
+        light: &Volume,
         view: &ViewRequest,
         pair: LampPair,
     ) -> (f64, f64) {
@@ -212,7 +208,7 @@ impl Built {
         };
         let stack = &request.stack;
         let rays = Rays::at_heights(stack, direction, distance, &self.shifts_mm, &self.heights_mm);
-        let shown = project_along(volume, &rays, &film_weights(stack, direction, pair));
+        let shown = project_along(light, &rays, &film_weights(stack, direction, pair));
         let fitted = fit(&shown, &view.pattern, request.settings.tone);
         (psnr_db(&fitted.picture, &view.pattern), structural_similarity(&fitted.picture, &view.pattern))
     }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::scale::averaged_plane;
+use crate::emission::Emission;
 use crate::volume::{CHANNELS, Volume};
 
 /// A voxel of a small design stands for several of the full one; it is held where this part of them is.
@@ -22,6 +23,11 @@ impl FixedInk {
     pub fn new(volume: Volume, voxels: &[bool]) -> Option<Self> {
         let count = volume.films() * volume.height() * volume.width();
         (voxels.len() == count).then(|| Self { volume, voxels: voxels.into() })
+    }
+
+    /// The same as the glow of its ink.
+    pub(super) fn glowing(&self, emission: &Emission) -> Self {
+        Self { volume: emission.glow_of(&self.volume).into_owned(), voxels: self.voxels() }
     }
 
     /// Whether each voxel (film, row, column) is held.

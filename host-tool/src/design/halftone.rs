@@ -1,235 +1,81 @@
 //! Halftone-aware design: films that hold only the printer's levels, chosen jointly.
 //!
 //! A printer that knows few levels leaves an error at every voxel. Rounded film by film, these errors are
-//! strangers to each other and add up in every view. Here they are fed back through the operator. With U the
-//! volume before and V the one of levels, the loss
-//!
-//! ```text
-//! sum over views i, pixels p of  q_ip ((A_i (V - U))_p)^2
-//! ```
-//!
-//! is quadratic in every voxel, so the best level of one voxel, all others given, is the level nearest to
-//! the parabola's lowest point. Films are settled from the outside in, voxel by voxel, each looking at the
-//! views as the voxels before it have left them; what a film leaves over, the films that are not settled
-//! yet take up before the next one is. In the end all voxels choose again, as long as that lowers the loss
-//! (direct binary search, Analoui and Allebach 1992, over all films and views at once).
+//! strangers to each other and add up in every view. Here films are settled one after the other while the rest is
+//! solved again, against the same loss as the design itself: under the views' own lamps, with the errors of hands
+//! and viewers expected, spreading light and masks (see [`super::least_squares`]). Levels are even steps of ink; the
+//! solver sees their glow.
 
 use rayon::prelude::*;
 
-use super::emphasis::importance;
-use super::request::{DesignRequest, OpticsModel, Progress};
-use super::result::Design;
-use crate::optics::{film_weights, ideal_weights};
+use super::optimise::{Lighting, design_weights, set_up};
+use super::request::{DesignRequest, Method, Progress};
+use super::result::{Design, ViewDesign};
+use crate::optics::LampPair;
 use crate::picture::Picture;
-use crate::projection::FilmTaps;
 use crate::volume::Volume;
 
-/// Sweeps over all films in which voxels choose again.
-const LAST_SWEEPS: usize = 3;
-
 /// Brings every voxel of `volume` to one of `levels` evenly spaced values from 0 to 1, so that the views of
-/// `request` change least.
+/// `request` come nearest to their patterns, or for Eq. 1 to what they show.
 pub(super) fn halftone(
     request: &DesignRequest,
     volume: &mut Volume,
     levels: u16,
     report: &mut dyn FnMut(Progress),
 ) {
-    let views = seen(request, volume);
-    let size = request.stack.film_len() * request.stack.films;
-    let settled: usize = volume
-        .values_mut()
-        .par_chunks_mut(size.max(1))
-        .enumerate()
-        .map(|(channel, films)| Channel::new(request, &views, channel, films, levels).settle())
-        .sum();
-    report(Progress::at("halftoning", settled, settled));
-}
-
-/// A view as the design shows it before halftoning.
-struct SeenView {
-    taps: Vec<FilmTaps>,
-    /// Of each film: its weight times the view's gain.
-    film_weights: Vec<f32>,
-    /// How much a pixel's squared error counts.
-    importance: Picture,
-}
-
-fn seen(request: &DesignRequest, volume: &Volume) -> Vec<SeenView> {
+    let films = request.stack.films;
+    report(Progress::at("halftoning", 0, films));
     let design = Design::of(request, volume.clone());
-    let targets = request.targets();
-    let stack = &request.stack;
-    request
-        .views
-        .iter()
-        .zip(&design.views)
-        .zip(&targets)
-        .enumerate()
-        .map(|(index, ((view, designed), target))| {
-            let weights = match request.settings.optics {
-                OpticsModel::Ideal => ideal_weights(stack),
-                OpticsModel::Stack => film_weights(stack, view.direction, designed.emphasis),
-            };
-            let gain = designed.quality.gain;
-            let rays = request.rays(index);
-            let film_weights: Vec<f64> = weights.iter().map(|weight| weight * gain).collect();
-            let mut importance =
-                target.map(|wanted| view.weight as f32 * importance(request.settings.tone, wanted));
-            if let Some(weights) = view.pixel_weights() {
-                for (value, weight) in importance.values_mut().iter_mut().zip(weights.iter().cycle()) {
-                    *value *= weight;
-                }
-            }
-            SeenView {
-                taps: (0..stack.films).map(|film| rays.taps(film)).collect(),
-                film_weights: film_weights.iter().map(|&weight| weight as f32).collect(),
-                importance,
-            }
-        })
-        .collect()
+    let targets = match request.settings.method {
+        Method::LeastSquares => request.targets(),
+        Method::Product => {
+            design.views.iter().map(|view| shown(&view.projection, view.quality.gain)).collect()
+        }
+    };
+    let problem = set_up(request, &targets, &lighting(request, &design), None);
+    let emission = request.emission();
+    let steps = f32::from(levels.max(2) - 1);
+    let glows: Vec<f32> =
+        (0..levels.max(2)).map(|level| emission.glow(f64::from(f32::from(level) / steps)) as f32).collect();
+    let mut glow = emission.glow_of(volume).into_owned();
+    let channels = glow.values_mut().par_chunks_mut(request.stack.film_len() * films);
+    channels.zip(emission.yields()).enumerate().for_each(|(channel, (films, ink_yield))| {
+        let targets: Vec<&[f32]> = targets.iter().map(|target| target.channel(channel)).collect();
+        problem.of_yield(ink_yield).settle(&targets, films, &glows);
+    });
+    emission.turn_into_ink(&mut glow);
+    for (ink, settled) in volume.values_mut().iter_mut().zip(glow.values()) {
+        *ink = (settled * steps).round() / steps;
+    }
+    report(Progress::at("halftoning", films, films));
 }
 
-/// One colour: its films, and what each view shows amiss.
-struct Channel<'a> {
-    films: &'a mut [f32],
-    views: Vec<ChannelView<'a>>,
-    film_count: usize,
-    width: usize,
-    height: usize,
-    steps: f32,
+fn shown(projection: &Picture, gain: f64) -> Picture {
+    projection.map(|value| (gain as f32 * value).min(1.0))
 }
 
-struct ChannelView<'a> {
-    seen: &'a SeenView,
-    /// What is shown, times the gain, less what was shown before.
-    error: Vec<f32>,
-    importance: &'a [f32],
-}
-
-/// What a voxel may become.
-#[derive(Clone, Copy, PartialEq)]
-enum Values {
-    /// Anything in 0..=1.
-    Any,
-    /// One of the printer's levels.
-    Levels,
-}
-
-impl<'a> Channel<'a> {
-    fn new(
-        request: &DesignRequest,
-        views: &'a [SeenView],
-        channel: usize,
-        films: &'a mut [f32],
-        levels: u16,
-    ) -> Self {
-        let views = views.iter().map(|seen| ChannelView {
-            seen,
-            error: vec![0.0; request.stack.film_len()],
-            importance: seen.importance.channel(channel),
-        });
-        Self {
-            films,
-            views: views.collect(),
-            film_count: request.stack.films,
-            width: request.stack.width_px,
-            height: request.stack.height_px,
-            steps: f32::from(levels.max(2) - 1),
-        }
-    }
-
-    /// Settles all films and returns how many there are.
-    fn settle(mut self) -> usize {
-        let films = self.film_count;
-        let order = outside_in(films);
-        for (settled, &film) in order.iter().enumerate() {
-            self.sweep(film, Values::Levels);
-            for &open in &order[settled + 1..] {
-                self.sweep(open, Values::Any);
-            }
-        }
-        for _ in 0..LAST_SWEEPS {
-            for &film in &order {
-                self.sweep(film, Values::Levels);
-            }
-        }
-        films
-    }
-
-    /// Lets every voxel of a film choose its best value; row by row, there and back.
-    fn sweep(&mut self, film: usize, values: Values) {
-        for row in 0..self.height {
-            for step in 0..self.width {
-                let column = if row % 2 == 0 { step } else { self.width - 1 - step };
-                self.choose(film, row, column, values);
-            }
-        }
-    }
-
-    fn choose(&mut self, film: usize, row: usize, column: usize, values: Values) {
-        let at = (film * self.height + row) * self.width + column;
-        let value = self.films[at];
-        let (mut slope, mut curvature) = (0.0, 0.0);
-        for view in &self.views {
-            let weight = view.seen.film_weights[film];
-            let taps = &view.seen.taps[film];
-            for &(picture_row, row_weight) in taps.rows.of(row) {
-                let line = picture_row as usize * self.width;
-                for &(picture_column, column_weight) in taps.columns.of(column) {
-                    let pixel = line + picture_column as usize;
-                    let share = weight * row_weight * column_weight;
-                    let pull = view.importance[pixel] * share;
-                    slope += pull * view.error[pixel];
-                    curvature += pull * share;
-                }
-            }
-        }
-        if curvature <= 0.0 {
-            self.films[at] =
-                if values == Values::Any { value } else { (value * self.steps).round() / self.steps };
-            return;
-        }
-        let best = (value - slope / curvature).clamp(0.0, 1.0);
-        let chosen = match values {
-            Values::Any => best,
-            Values::Levels => (best * self.steps).round() / self.steps,
-        };
-        if chosen != value {
-            self.films[at] = chosen;
-            self.show(film, row, column, chosen - value);
-        }
-    }
-
-    /// Lets the views see that a voxel has changed.
-    fn show(&mut self, film: usize, row: usize, column: usize, change: f32) {
-        for view in &mut self.views {
-            let weight = change * view.seen.film_weights[film];
-            let taps = &view.seen.taps[film];
-            for &(picture_row, row_weight) in taps.rows.of(row) {
-                let line = picture_row as usize * self.width;
-                for &(picture_column, column_weight) in taps.columns.of(column) {
-                    view.error[line + picture_column as usize] += weight * row_weight * column_weight;
-                }
-            }
-        }
-    }
-}
-
-/// 0, last, 1, last but one, ... : the outer films first, for they part the views most.
-fn outside_in(films: usize) -> Vec<usize> {
-    (0..films).map(|index| if index % 2 == 0 { index / 2 } else { films - 1 - index / 2 }).collect()
+/// How the design is lit, with the whites that it shows.
+fn lighting(request: &DesignRequest, design: &Design) -> Lighting {
+    let pairs: Vec<_> = design.views.iter().map(|view| view.emphasis).collect();
+    let white = |(index, view): (usize, &ViewDesign)| {
+        let weights = design_weights(request, index, pairs[index]);
+        let full = request.settings.brightness * request.emission().white() * weights.iter().sum::<f64>();
+        1.0 / (view.quality.gain * full).max(1e-9)
+    };
+    let whites = design.views.iter().enumerate().map(white).collect();
+    Lighting { whites, pairs, ..Lighting::even(request.views.len(), LampPair::FULL) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::{DesignSettings, Stop, Tone, ViewRequest};
+    use crate::design::{DesignSettings, HandErrors, OpticsModel, Tone, ViewRequest, as_built};
     use crate::measure::mean_square_error;
     use crate::optics::Direction;
     use crate::projection::ViewerDistance;
     use crate::stack::Stack;
 
-    fn request(tone: Tone) -> DesignRequest {
+    fn request(method: Method, optics: OpticsModel) -> DesignRequest {
         let side = 40;
         let pattern = |phase: f32| {
             let mut picture = Picture::new(side, side);
@@ -246,8 +92,8 @@ mod tests {
             stack: Stack { films: 8, width_px: side, height_px: side, width_mm: 10.0, ..Stack::default() },
             distance: ViewerDistance::Parallel,
             views: views.collect(),
-            settings: DesignSettings { optics: OpticsModel::Ideal, tone, ..DesignSettings::default() },
-            stop: Stop::default(),
+            settings: DesignSettings { method, optics, tone: Tone::Code, ..DesignSettings::default() },
+            stop: Default::default(),
         }
     }
 
@@ -269,9 +115,10 @@ mod tests {
     }
 
     #[test]
-    fn only_the_printers_levels_remain() {
-        for levels in [2u16, 4, 16] {
-            let request = request(Tone::Code);
+    fn only_the_printers_levels_remain_whatever_the_inks_curve() {
+        for (levels, ink_absorbance) in [(2u16, 0.0), (4, 2.0), (16, 0.5)] {
+            let mut request = request(Method::LeastSquares, OpticsModel::Stack);
+            request.stack.ink_absorbance = ink_absorbance;
             let mut volume = volume(&request);
             halftone(&request, &mut volume, levels, &mut |_| ());
             for value in volume.values() {
@@ -283,7 +130,7 @@ mod tests {
 
     #[test]
     fn joint_levels_show_the_pictures_better_than_rounded_ones() {
-        let request = request(Tone::Code);
+        let request = request(Method::Product, OpticsModel::Ideal);
         let given = volume(&request);
         for levels in [2u16, 4] {
             let mut rounded = given.clone();
@@ -297,8 +144,23 @@ mod tests {
     }
 
     #[test]
-    fn films_are_settled_from_the_outside_in() {
-        assert_eq!(outside_in(5), [0, 4, 1, 3, 2]);
-        assert_eq!(outside_in(4), [0, 3, 1, 2]);
+    fn levels_that_expect_misplaced_films_stand_them_better() {
+        let request = request(Method::LeastSquares, OpticsModel::Stack);
+        // A pixel and a half.
+        let errors = HandErrors::misplaced(375.0);
+        let quality = |expected: HandErrors| {
+            let mut wanted = request.clone();
+            wanted.settings = wanted.settings.expecting(errors);
+            let mut volume = super::super::joint::solve(&wanted, None, &mut |_| ());
+            wanted.settings = wanted.settings.expecting(expected);
+            halftone(&wanted, &mut volume, 2, &mut |_| ());
+            wanted.settings = wanted.settings.expecting(errors);
+            let pairs: Vec<_> =
+                Design::of(&wanted, volume.clone()).views.iter().map(|view| view.emphasis).collect();
+            as_built(&wanted, &volume, &pairs, 4, 1)
+        };
+        let (robust, careless) = (quality(errors), quality(HandErrors::misplaced(0.0)));
+        println!("{} {}", robust.mean_psnr_db(), careless.mean_psnr_db());
+        assert!(robust.mean_psnr_db() > careless.mean_psnr_db() + 0.3);
     }
 }

@@ -5,13 +5,15 @@
 //! Where that ends depends on where it starts, so several starts are tried on small films and the best is
 //! carried on to large ones.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use super::emphasis::LampSums;
 use super::fixed::FixedInk;
 use super::least_squares::Effort;
 use super::optimise::{Lighting, design_weights, improve, set_up};
-use super::request::{DesignRequest, DesignSettings, OpticsModel, Progress, ViewRequest};
+use super::request::{DesignRequest, DesignSettings, OpticsModel, Progress};
 use super::scale::{enlarged_volume, reduced};
 use crate::measure::{fit, percentiles, psnr_db};
 use crate::optics::{LampPair, film_weights};
@@ -33,8 +35,11 @@ const SEARCH_ITERATIONS: usize = 10;
 const SETTLE_ROUNDS: usize = 3;
 const SETTLE_ITERATIONS: usize = 16;
 
-/// The most starts that are tried.
-const MOST_STARTS: usize = 16;
+/// The most free views for which every choice of a lamp for each is tried.
+const MOST_FREE: usize = 4;
+
+/// Of each free view: the bits of a start's number whose parity chooses its lamp.
+const COLUMNS: [usize; 15] = [1, 2, 4, 8, 3, 5, 6, 9, 10, 12, 7, 11, 13, 14, 15];
 
 /// Solves the request: on small films for the lamps, then on larger and larger ones.
 /// Around the `fixed` ink, where there is some.
@@ -43,17 +48,21 @@ pub(super) fn solve(
     fixed: Option<&FixedInk>,
     report: &mut dyn FnMut(Progress),
 ) -> Volume {
+    let fixed = fixed.map(|fixed| fixed.glowing(&request.emission()));
+    let fixed = fixed.as_ref();
     let (volume, lighting) = settle(request, fixed, report);
     let mut volume = enlarged_volume(&volume, request.stack.width_px, request.stack.height_px);
     if let Some(fixed) = fixed {
         fixed.put_into(&mut volume);
     }
     let effort = effort(&request.settings);
-    improve(request, &set_up(request, &lighting, fixed), &request.targets(), &mut volume, effort, report);
+    let targets = request.targets();
+    improve(request, &set_up(request, &targets, &lighting, fixed), &targets, &mut volume, effort, report);
+    request.emission().turn_into_ink(&mut volume);
     volume
 }
 
-/// Finds the lamps on small films, and a volume to begin from, smaller than the request's.
+/// Finds the lamps on small films, and a volume of glow to begin from, smaller than the request's. What is fixed glows too.
 pub(super) fn settle(
     request: &DesignRequest,
     fixed: Option<&FixedInk>,
@@ -61,6 +70,9 @@ pub(super) fn settle(
 ) -> (Volume, Lighting) {
     let search = Stage::new(reduced(request, SEARCH_PIXELS), fixed);
     let mut state = search.best(starts(request), report);
+    if free_views(request).len() > MOST_FREE {
+        state = search.try_other_lamps(state);
+    }
     let longer = request.stack.width_px.max(request.stack.height_px);
     let mut pixels = SETTLE_PIXELS;
     while pixels < longer {
@@ -81,29 +93,35 @@ pub(super) fn effort(settings: &DesignSettings) -> Effort {
     Effort { iterations: settings.iterations, tolerance }
 }
 
-/// Lightings to begin from: under ideal optics lamps do not matter; else each view under either lamp.
+/// Lightings to begin from: under ideal optics lamps do not matter; else both lamps full, and each view under either
+/// lamp. All choices are tried for up to four free views. For more views there are as many starts as for four, in which
+/// any two of fifteen views take each of their four choices equally often (the columns of a Hadamard matrix), and
+/// [`Stage::try_other_lamps`] goes on from the best.
 fn starts(request: &DesignRequest) -> Vec<Lighting> {
     let views = request.views.len();
+    let even = Lighting::even(views, LampPair::FULL);
     if request.settings.optics == OpticsModel::Ideal {
-        return vec![Lighting::even(views, LampPair::FULL)];
+        return vec![even];
     }
-    let held: Vec<Option<LampPair>> = request.views.iter().map(ViewRequest::held_pair).collect();
-    let lit = |pair: &dyn Fn(usize) -> LampPair| {
-        let pairs = held.iter().enumerate().map(|(view, held)| held.unwrap_or_else(|| pair(view)));
-        Lighting { pairs: pairs.collect(), ..Lighting::even(views, LampPair::FULL) }
+    let free = free_views(request);
+    let choices = 1usize << free.len().min(MOST_FREE);
+    let held: Vec<_> = request.views.iter().map(|view| view.held_pair().unwrap_or(LampPair::FULL)).collect();
+    let chosen = |choice: usize| {
+        let mut pairs = held.clone();
+        for (&view, column) in free.iter().zip(COLUMNS.iter().cycle()) {
+            let top = (choice & column).count_ones().is_multiple_of(2);
+            pairs[view] = if top { LampPair::TOP } else { LampPair::BOTTOM };
+        }
+        Lighting { pairs, ..even.clone() }
     };
-    let free: Vec<usize> = (0..views).filter(|&view| held[view].is_none()).collect();
-    let mut starts = vec![lit(&|_| LampPair::FULL)];
-    if free.is_empty() {
-        return starts;
-    }
-    let all = 1usize << free.len().min(16);
-    let stride = (all / MOST_STARTS).max(1);
-    for choice in (0..all).step_by(stride) {
-        let bit = |view: usize| free.iter().position(|&other| other == view).unwrap_or(0);
-        starts.push(lit(&|view| if choice >> bit(view) & 1 == 0 { LampPair::TOP } else { LampPair::BOTTOM }));
-    }
-    starts
+    let full = Lighting { pairs: held.clone(), ..even.clone() };
+    let each = (0..choices).filter(|_| !free.is_empty()).map(chosen);
+    std::iter::once(full).chain(each).collect()
+}
+
+/// The views whose lamps are not held.
+fn free_views(request: &DesignRequest) -> Vec<usize> {
+    (0..request.views.len()).filter(|&view| request.views[view].held_pair().is_none()).collect()
 }
 
 /// The problem at one size of films.
@@ -115,6 +133,7 @@ struct Stage {
 }
 
 /// Where the search is.
+#[derive(Clone)]
 struct State {
     volume: Volume,
     lighting: Lighting,
@@ -150,6 +169,20 @@ impl Stage {
         states.swap_remove(0)
     }
 
+    /// Lets each free view in turn go on from the other lamp, and keeps what is better.
+    fn try_other_lamps(&self, mut state: State) -> State {
+        for view in free_views(&self.request) {
+            let mut turned = state.clone();
+            let pair = &mut turned.lighting.pairs[view];
+            *pair = LampPair::new(pair.bottom, pair.top);
+            let mut tried = [state, turned];
+            tried.par_iter_mut().for_each(|state| self.alternate(state, 2, SEARCH_ITERATIONS));
+            let [same, turned] = tried;
+            state = if turned.quality_db > same.quality_db { turned } else { same };
+        }
+        state
+    }
+
     /// Improves volume and lighting in turn.
     fn alternate(&self, state: &mut State, rounds: usize, iterations: usize) {
         let effort = Effort { iterations, tolerance: 0.0 };
@@ -160,7 +193,7 @@ impl Stage {
             if self.request.stop.is_asked() {
                 return;
             }
-            let problem = set_up(&self.request, &state.lighting, self.fixed.as_ref());
+            let problem = set_up(&self.request, &self.targets, &state.lighting, self.fixed.as_ref());
             improve(&self.request, &problem, &self.targets, &mut state.volume, effort, &mut |_| ());
             self.light(state);
         }
@@ -169,6 +202,8 @@ impl Stage {
     /// Finds the best pair and white of each view for the volume as it is.
     fn light(&self, state: &mut State) {
         let settings = &self.request.settings;
+        let emission = self.request.emission();
+        let light = emission.light_of_glow(Cow::Borrowed(&state.volume));
         let mut qualities = Vec::new();
         let mut whites = Vec::new();
         let mut efficiencies = Vec::new();
@@ -176,23 +211,20 @@ impl Stage {
             let (rays, target) = (&self.rays[index], &self.targets[index]);
             if settings.optics == OpticsModel::Stack {
                 let under = |lamps| {
-                    project_along(
-                        &state.volume,
-                        rays,
-                        &film_weights(&self.request.stack, view.direction, lamps),
-                    )
+                    project_along(&light, rays, &film_weights(&self.request.stack, view.direction, lamps))
                 };
                 let (top, bottom) = (under(LampPair::TOP), under(LampPair::BOTTOM));
                 let sums = LampSums::of(top.values(), bottom.values(), target.values(), settings.tone);
                 state.lighting.pairs[index] = view.held_pair().unwrap_or_else(|| sums.best_pair());
             }
             let weights = design_weights(&self.request, index, state.lighting.pairs[index]);
-            let shown = project_along(&state.volume, rays, &weights);
+            let shown = project_along(&light, rays, &weights);
             let fitted = fit(&shown, &view.pattern, settings.tone);
             let [bright] = percentiles(shown.values(), [99.5]);
-            efficiencies.push(bright / weights.iter().sum::<f64>().max(1e-9));
+            let full = emission.white() * weights.iter().sum::<f64>();
+            efficiencies.push(bright / full.max(1e-9));
             qualities.push(psnr_db(&fitted.picture, &view.pattern));
-            whites.push(1.0 / (fitted.gain * weights.iter().sum::<f64>()).max(1e-9));
+            whites.push(1.0 / (fitted.gain * full).max(1e-9));
         }
         // Highlights fall short of what is wanted; ask for more until half of that, by ratio, is made good: what
         // is left is cheaper in brightness than in quality.
@@ -215,4 +247,54 @@ fn relative(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
 
 fn geometric_mean(numbers: &[f64]) -> f64 {
     (numbers.iter().map(|number| number.ln()).sum::<f64>() / numbers.len() as f64).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::{DesignSettings, ViewRequest};
+    use crate::optics::Direction;
+    use crate::projection::ViewerDistance;
+    use crate::stack::Stack;
+    use vitrine_exhibit::units::Lamp;
+
+    fn request(views: usize) -> DesignRequest {
+        let view =
+            |index: usize| ViewRequest::new(index.to_string(), Picture::new(4, 4), Direction::default());
+        DesignRequest {
+            stack: Stack { width_px: 4, height_px: 4, ..Stack::default() },
+            distance: ViewerDistance::Parallel,
+            views: (0..views).map(view).collect(),
+            settings: DesignSettings::default(),
+            stop: Default::default(),
+        }
+    }
+
+    #[test]
+    fn up_to_four_free_views_begin_from_every_choice_of_lamps() {
+        let mut request = request(5);
+        request.views[1].lamp = Some(Lamp::Bottom);
+        let starts = starts(&request);
+        assert_eq!(starts.len(), 17);
+        assert!(starts.iter().all(|start| start.pairs[1] == LampPair::BOTTOM));
+        let mut choices: Vec<Vec<bool>> = starts[1..]
+            .iter()
+            .map(|start| [0, 2, 3, 4].map(|view| start.pairs[view] == LampPair::TOP).to_vec())
+            .collect();
+        choices.sort();
+        choices.dedup();
+        assert_eq!(choices.len(), 16);
+    }
+
+    #[test]
+    fn of_many_free_views_any_two_begin_from_all_four_choices() {
+        let starts = starts(&request(15));
+        assert_eq!(starts.len(), 17);
+        for (one, other) in (0..15).flat_map(|one| (0..one).map(move |other| (one, other))) {
+            let both = starts[1..]
+                .iter()
+                .filter(|start| [one, other].map(|view| start.pairs[view]) == [LampPair::TOP; 2]);
+            assert_eq!(both.count(), 4, "{one} {other}");
+        }
+    }
 }

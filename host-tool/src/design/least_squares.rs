@@ -3,11 +3,12 @@
 //! It minimises, for each colour by itself,
 //!
 //! ```text
-//! sum over views i of  weight_i * |d(P_i, T_i)|^2  +  sum over films k of  smoothness_k * |grad V_k|^2
+//! sum over views i of  weight_i * |d(P_i, T_i)|^2  +  sum over films k of  noise_k * (|B V_k|^2 - |G V_k|^2)
 //! ```
 //!
-//! where `P_i` is the view's projection divided by its white and `d` compares in the values that are
-//! measured (see [`super::divergence`]). The method is the accelerated proximal gradient (Beck and Teboulle
+//! where `P_i` is the view's projection of the films' expected light `G V_k` divided by its white, `d` compares in
+//! the values that are measured (see [`super::divergence`]), and the second sum is what films that lie astray
+//! scatter about that (see [`blur`]). The method is the accelerated proximal gradient (Beck and Teboulle
 //! 2009; see [`kernel::Pace`]) with a step of its own for every film or voxel:
 //! the inverse of `B^T C B 1` (De Pierro 1995), which bounds the curvature of `|B V|^2` in the weights C
 //! because all entries of the projection B are non-negative. No step size is searched.
@@ -16,11 +17,15 @@
 //! processor's cache ([`apart`]); else all rows move together ([`together`]).
 
 mod apart;
+mod blur;
 mod kernel;
 mod lines;
 mod together;
 
+use std::borrow::Cow;
 use std::sync::Arc;
+
+pub(super) use blur::FilmBlur;
 
 use super::divergence::Divergence;
 use super::stop::Stop;
@@ -39,17 +44,18 @@ pub(super) struct SolverView {
     pub(super) mask: Option<Vec<f32>>,
 }
 
-/// The problem of all colours: the views and how smooth each film must be.
+/// The problem of all colours: the views, and how the films' light spreads.
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
     pub(super) views: Vec<SolverView>,
-    /// Of each film: the weight of its squared gradient.
-    pub(super) smoothness: Vec<f32>,
+    /// Of each film: how its light spreads; nothing where no film's does.
+    pub(super) blurs: Vec<FilmBlur>,
     pub(super) divergence: Divergence,
     /// The strength of the structure loss beside the squared error.
     pub(super) structure: f32,
     /// Whether each voxel (film, row, column) stays as it is, where any does.
     pub(super) fixed: Option<Arc<[bool]>>,
+    pub(super) films: usize,
     pub(super) width: usize,
     pub(super) height: usize,
     /// Asks the solver to stop.
@@ -67,9 +73,6 @@ pub(super) struct Effort {
 
 /// Iterations between two looks at whether anything is still gained.
 pub(super) const PATIENCE: usize = 10;
-
-/// The largest eigenvalue of the five-point Laplacian, by which the squared gradient bends.
-const LAPLACIAN: f32 = 8.0;
 
 /// Voxels that no view sees have no curvature: this bounds their step, which nothing drives.
 const LEAST_CURVATURE: f32 = 1e-3;
@@ -93,12 +96,31 @@ impl Problem {
 
     fn rows_are_apart(&self) -> bool {
         self.structure == 0.0
-            && self.smoothness.iter().all(|&smoothness| smoothness == 0.0)
+            && self.blurs.is_empty()
             && self.views.iter().all(|view| view.rays.rows_are_apart())
     }
 
-    fn films(&self) -> usize {
-        self.smoothness.len()
+    /// Brings every voxel of one colour to one of `levels` of glow, which rise; as [`Problem::solve`].
+    pub(super) fn settle(&self, targets: &[&[f32]], volume: &mut [f32], levels: &[f32]) {
+        together::settle(self, targets, volume, levels);
+    }
+
+    /// The problem of an ink that gives the part `ink_yield` of the light.
+    pub(super) fn of_yield(&self, ink_yield: f32) -> Cow<'_, Self> {
+        if ink_yield == 1.0 {
+            return Cow::Borrowed(self);
+        }
+        let mut problem = self.clone();
+        for weight in problem.views.iter_mut().flat_map(|view| &mut view.film_weights) {
+            *weight *= ink_yield;
+        }
+        problem.blurs.iter_mut().for_each(|blur| blur.noise *= ink_yield * ink_yield);
+        Cow::Owned(problem)
+    }
+
+    /// What films that lie astray scatter counts this much.
+    fn noise(&self, film: usize) -> f32 {
+        self.blurs.get(film).map_or(0.0, |blur| blur.noise)
     }
 
     /// Whether some voxels' steps differ from others' of their film.
@@ -124,9 +146,9 @@ impl Problem {
     fn film_steps(&self) -> Vec<f32> {
         let step = |film: usize| {
             let views = self.views.iter().map(|view| view.weight * view.film_weights[film] * view.row_sum());
-            1.0 / (views.sum::<f32>() + LAPLACIAN * self.smoothness[film]).max(f32::MIN_POSITIVE)
+            1.0 / (views.sum::<f32>() + self.noise(film)).max(f32::MIN_POSITIVE)
         };
-        (0..self.films()).map(step).collect()
+        (0..self.films).map(step).collect()
     }
 }
 

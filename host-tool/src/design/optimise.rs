@@ -5,6 +5,7 @@ use super::divergence::Divergence;
 use super::fixed::FixedInk;
 use super::least_squares::{Effort, PATIENCE, Problem, SolverView};
 use super::request::{DesignRequest, OpticsModel, Progress, Tone};
+use super::robust;
 use crate::optics::{LampPair, film_weights, ideal_weights};
 use crate::picture::Picture;
 use crate::projection::single;
@@ -41,20 +42,28 @@ impl Lighting {
 /// Sets up the problem of all colours for views lit like this.
 ///
 /// Every view's white is `brightness` of what full ink on every film gives under its own pair, times its
-/// share in [`Lighting::whites`]. Films that
-/// are misplaced by sigma pixels along each axis raise the expected error by
-/// `sigma^2 * sum over views of weight_k^2 * |grad V_k|^2`, to second order in sigma: that is the smoothness.
-pub(super) fn set_up(request: &DesignRequest, lighting: &Lighting, fixed: Option<&FixedInk>) -> Problem {
+/// share in [`Lighting::whites`]. `targets` are the patterns in the values in which films add up; the volume is one
+/// of glow (see [`crate::emission`]).
+pub(super) fn set_up(
+    request: &DesignRequest,
+    targets: &[Picture],
+    lighting: &Lighting,
+    fixed: Option<&FixedInk>,
+) -> Problem {
     let settings = &request.settings;
     let stack = &request.stack;
+    let emission_white = request.emission().white();
     let views: Vec<SolverView> = request
         .views
         .iter()
         .enumerate()
         .map(|(index, view)| {
             let weights = design_weights(request, index, lighting.pairs[index]);
-            let white =
-                settings.brightness * lighting.level * lighting.whites[index] * weights.iter().sum::<f64>();
+            let white = settings.brightness
+                * lighting.level
+                * lighting.whites[index]
+                * emission_white
+                * weights.iter().sum::<f64>();
             let film_weights = single(&weights.iter().map(|weight| weight / white).collect::<Vec<_>>());
             SolverView {
                 rays: request.rays(index),
@@ -64,18 +73,9 @@ pub(super) fn set_up(request: &DesignRequest, lighting: &Lighting, fixed: Option
             }
         })
         .collect();
-    let sigma_px = match settings.optics {
-        OpticsModel::Stack => settings.misplacement_um / 1000.0 / stack.pixel_mm(),
-        OpticsModel::Ideal => 0.0,
-    };
-    let smoothness: Vec<f32> = (0..stack.films)
-        .map(|film| {
-            let squares = views.iter().map(|view| view.weight * view.film_weights[film].powi(2));
-            squares.sum::<f32>() * (sigma_px * sigma_px) as f32
-        })
-        .collect();
+    let blurs = robust::blurs(request, &views, targets);
     let divergence = Divergence::new(settings.tone);
-    let rows_are_apart = sigma_px == 0.0 && views.iter().all(|view| view.rays.rows_are_apart());
+    let rows_are_apart = blurs.is_empty() && views.iter().all(|view| view.rays.rows_are_apart());
     let structure = match settings.structure {
         Some(structure) => structure,
         None if rows_are_apart && settings.tone == Tone::Code => 0.0,
@@ -84,7 +84,8 @@ pub(super) fn set_up(request: &DesignRequest, lighting: &Lighting, fixed: Option
     let fixed = fixed.map(FixedInk::voxels);
     Problem {
         views,
-        smoothness,
+        blurs,
+        films: stack.films,
         divergence,
         structure,
         fixed,
@@ -110,7 +111,8 @@ pub(super) fn improve(
     let full = f64::from(weight) * request.stack.film_len() as f64;
     let decibels = |loss: f64| -10.0 * loss.max(1e-12).log10();
     let mut losses = Vec::new();
-    for channel in 0..CHANNELS {
+    for (channel, ink_yield) in request.emission().yields().into_iter().enumerate() {
+        let problem = problem.of_yield(ink_yield);
         let targets: Vec<&[f32]> = targets.iter().map(|target| target.channel(channel)).collect();
         losses.push(0.0);
         let mut seen: Vec<(usize, f64)> = Vec::new();

@@ -4,7 +4,9 @@ use thiserror::Error;
 
 use vitrine_exhibit::units::Lamp;
 
+use super::as_built::HandErrors;
 use super::stop::Stop;
+use crate::emission::Emission;
 use crate::optics::{Direction, LampPair};
 use crate::picture::Picture;
 use crate::projection::{Rays, ViewerDistance};
@@ -102,8 +104,15 @@ pub struct DesignSettings {
     pub tone: Tone,
     /// Wanted white, as a part of what full ink on every film gives under the view's own lamps, 0..=1.
     pub brightness: f64,
-    /// Expected error of each film's place along each axis, in µm; not reckoned with under ideal optics.
+    /// Expected error of each film's place along each axis, in µm; like the next three the standard deviation of a
+    /// normal error, and not reckoned with under ideal optics.
     pub misplacement_um: f64,
+    /// Expected error of each gap between two films, in µm.
+    pub spacing_um: f64,
+    /// Expected error of the viewer's direction along each axis, in degrees.
+    pub direction_error_deg: f64,
+    /// Expected error of the viewer's distance, as a part of it; nothing for parallel rays.
+    pub distance_error_part: f64,
     /// The largest ratio between the apparent whites of two views; brighter views' lamps are dimmed to keep it.
     pub white_ratio: f64,
     /// How much the optimiser looks at structure beside the squared error, 0 or greater; `None` for what suits:
@@ -130,6 +139,12 @@ impl Default for DesignSettings {
             tone: Tone::default(),
             brightness: 0.4,
             misplacement_um: 68.0,
+            // Acrylic sheet of half a millimetre is sold within a tenth of its thickness: two standard deviations.
+            spacing_um: 25.0,
+            // Who leans from one foot to the other moves by some 20 mm at arm's length.
+            direction_error_deg: 1.0,
+            // Visitors keep a distance within a fifth: two standard deviations.
+            distance_error_part: 0.1,
             white_ratio: 2.0,
             structure: None,
             balance: 0.15,
@@ -259,6 +274,14 @@ impl DesignRequest {
         Rays::misplaced(&self.stack, view.direction, view.distance.unwrap_or(self.distance), &[])
     }
 
+    /// Returns how the films turn ink into light, in the optics of the design.
+    pub fn emission(&self) -> Emission {
+        match self.settings.optics {
+            OpticsModel::Stack => Emission::of(&self.stack),
+            OpticsModel::Ideal => Emission::default(),
+        }
+    }
+
     /// Returns the patterns in the values in which films add up.
     pub fn targets(&self) -> Vec<Picture> {
         let tone = self.settings.tone;
@@ -346,6 +369,17 @@ fn check_distance(
 }
 
 impl DesignSettings {
+    /// The settings for a design that expects these errors of hands and viewers.
+    pub fn expecting(self, errors: HandErrors) -> Self {
+        Self {
+            misplacement_um: errors.misplacement_um,
+            spacing_um: errors.spacing_um,
+            direction_error_deg: errors.direction_deg,
+            distance_error_part: errors.distance_part,
+            ..self
+        }
+    }
+
     fn check(&self) -> Result<(), DesignError> {
         let range = |field, value, allowed| {
             Err(DesignError::Range { field, place: "[design]".into(), value, allowed })
@@ -353,8 +387,17 @@ impl DesignSettings {
         if !(self.brightness > 0.0 && self.brightness <= 1.0) {
             return range("brightness", self.brightness, "greater than 0 and at most 1");
         }
-        if !(self.misplacement_um >= 0.0 && self.misplacement_um <= 10_000.0) {
+        if !(0.0..=10_000.0).contains(&self.misplacement_um) {
             return range("misplacement_um", self.misplacement_um, "0 to 10000");
+        }
+        if !(0.0..=10_000.0).contains(&self.spacing_um) {
+            return range("spacing_um", self.spacing_um, "0 to 10000");
+        }
+        if !(0.0..=20.0).contains(&self.direction_error_deg) {
+            return range("direction_error_deg", self.direction_error_deg, "0 to 20");
+        }
+        if !(0.0..=0.3).contains(&self.distance_error_part) {
+            return range("distance_error_part", self.distance_error_part, "0 to 0.3");
         }
         if !(self.white_ratio >= 1.0 && self.white_ratio <= 1000.0) {
             return range("white_ratio", self.white_ratio, "1 to 1000");

@@ -2,6 +2,7 @@
 
 use super::emphasis::{LampSums, pair_for_all};
 use super::request::{DesignRequest, OpticsModel, ViewRequest};
+use crate::emission::Emission;
 use crate::measure::{Quality, brightest_ink, fit, measure};
 use crate::optics::{LampPair, film_weights, ideal_weights};
 use crate::picture::Picture;
@@ -61,10 +62,12 @@ impl Design {
     /// Finds the lamps for a volume and measures what it shows.
     pub fn of(request: &DesignRequest, volume: Volume) -> Self {
         let targets = request.targets();
+        let emission = Emission::of(&request.stack);
+        let light = emission.light(&volume);
         let mut lit: Vec<LitView> = targets
             .iter()
             .enumerate()
-            .map(|(index, target)| LitView::of(request, &volume, index, target))
+            .map(|(index, target)| LitView::of(request, &light, index, target))
             .collect();
         keep_whites_together(&mut lit, request.settings.white_ratio);
         let sums = |index: usize| (lit[index].sums, request.views[index].weight);
@@ -78,10 +81,11 @@ impl Design {
             })
             .collect();
         let ink = brightest_ink(&volume);
+        let full_light = emission.glow(ink) * emission.white();
         let views = lit
             .into_iter()
             .enumerate()
-            .map(|(index, lit)| lit.measured(request, &volume, index, neutral, ink))
+            .map(|(index, lit)| lit.measured(request, (&volume, ink), index, neutral, full_light))
             .collect();
         Self { volume, views, neutral, shared }
     }
@@ -118,11 +122,10 @@ struct LitView {
 }
 
 impl LitView {
-    fn of(request: &DesignRequest, volume: &Volume, index: usize, target: &Picture) -> Self {
+    fn of(request: &DesignRequest, light: &Volume, index: usize, target: &Picture) -> Self {
         let view = &request.views[index];
         let rays = request.rays(index);
-        let under =
-            |lamps| project_along(volume, &rays, &film_weights(&request.stack, view.direction, lamps));
+        let under = |lamps| project_along(light, &rays, &film_weights(&request.stack, view.direction, lamps));
         let (top, bottom) = (under(LampPair::TOP), under(LampPair::BOTTOM));
         let sums = LampSums::of(top.values(), bottom.values(), target.values(), request.settings.tone);
         let emphasis = view.held_pair().unwrap_or_else(|| sums.best_pair());
@@ -133,7 +136,8 @@ impl LitView {
 
     fn white_of(&self, request: &DesignRequest, view: &ViewRequest) -> f64 {
         let gain = fit(&self.under(self.emphasis), &view.pattern, request.settings.tone).gain;
-        let full: f64 = film_weights(&request.stack, view.direction, LampPair::FULL).iter().sum();
+        let weights = film_weights(&request.stack, view.direction, LampPair::FULL);
+        let full = Emission::of(&request.stack).white() * weights.iter().sum::<f64>();
         if gain > 0.0 { 1.0 / (gain * full) } else { 0.0 }
     }
 
@@ -148,20 +152,21 @@ impl LitView {
     fn measured(
         self,
         request: &DesignRequest,
-        volume: &Volume,
+        (volume, ink): (&Volume, f64),
         index: usize,
         neutral: LampPair,
-        ink: f64,
+        full_light: f64,
     ) -> ViewDesign {
         let view = &request.views[index];
         let patterns: Vec<&Picture> = request.views.iter().map(|view| &view.pattern).collect();
-        let judge = |projection: &Picture, weights: &[f64]| {
-            let light = ink * weights.iter().sum::<f64>();
+        let judge = |projection: &Picture, weights: &[f64], full_light: f64| {
+            let light = full_light * weights.iter().sum::<f64>();
             measure(projection, &patterns, index, request.settings.tone, light)
         };
         let lit = |lamps: LampPair| {
             let projection = self.under(lamps);
-            let (quality, shown) = judge(&projection, &film_weights(&request.stack, view.direction, lamps));
+            let weights = film_weights(&request.stack, view.direction, lamps);
+            let (quality, shown) = judge(&projection, &weights, full_light);
             (quality, shown, projection)
         };
         let own = lit(self.emphasis);
@@ -171,7 +176,7 @@ impl LitView {
             OpticsModel::Ideal => {
                 let weights = ideal_weights(&request.stack);
                 let projection = project_along(volume, &self.rays, &weights);
-                let (quality, shown) = judge(&projection, &weights);
+                let (quality, shown) = judge(&projection, &weights, ink);
                 (quality, shown, projection)
             }
         };

@@ -162,7 +162,10 @@ impl StripDesign {
         let request = self.windowed(window.clone());
         let mut volume = enlarged_rows(start, stack.width_px, stack.height_px, window.clone());
         let effort = joint::effort(&request.settings);
-        improve(&request, &set_up(&request, lighting, None), &request.targets(), &mut volume, effort, report);
+        let targets = request.targets();
+        let problem = set_up(&request, &targets, lighting, None);
+        improve(&request, &problem, &targets, &mut volume, effort, report);
+        request.emission().turn_into_ink(&mut volume);
         kept(&volume, rows.start - window.start..rows.end - window.start)
     }
 

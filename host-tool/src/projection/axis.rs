@@ -1,7 +1,5 @@
 //! One axis of the map from a film to the picture: where each pixel of the picture samples the film.
 
-use super::Taps;
-
 /// Positions `p(i) = c + scale (i - c) + shift` on a film of `len` pixels with middle c, for every picture
 /// index i, kept as runs in which `floor(p(i)) - i` does not change, so that loops over a run are plain.
 #[derive(Clone, Debug)]
@@ -79,14 +77,11 @@ impl Axis {
         self.identity
     }
 
-    /// Returns what samples each film pixel, in one piece.
-    pub(super) fn taps(&self) -> Taps {
-        let mut taps = Taps { starts: vec![0], all: Vec::new() };
-        for samplers in &self.samplers {
-            taps.all.extend_from_slice(samplers);
-            taps.starts.push(taps.all.len());
-        }
-        taps
+    /// Returns the part of a pixel that its samples share with each neighbour, on the average.
+    pub(super) fn shared(&self) -> f64 {
+        let met = self.fraction.iter().zip(&self.lower).filter(|(_, lower)| lower.is_some());
+        let shares: Vec<f64> = met.map(|(&fraction, _)| f64::from(fraction * (1.0 - fraction))).collect();
+        shares.iter().sum::<f64>() / shares.len().max(1) as f64
     }
 
     /// Returns the axis that traces the other way: from a film's pixel to where it appears in the picture.

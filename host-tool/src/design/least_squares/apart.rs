@@ -27,7 +27,7 @@ pub(super) fn solve(
     effort: Effort,
     watch: &mut dyn FnMut(usize, f64),
 ) {
-    let line = problem.films() * problem.width;
+    let line = problem.films * problem.width;
     let mut ahead = by_row(volume, problem);
     let start = || RowState { pace: Pace::START, loss: f64::INFINITY, gains: true };
     let mut states: Vec<RowState> = (0..problem.height).map(|_| start()).collect();
@@ -77,7 +77,7 @@ struct Row<'a> {
 impl<'a> Row<'a> {
     fn new(problem: &'a Problem, targets: &'a [&'a [f32]], film_steps: &'a [f32]) -> Self {
         let pictures = vec![0.0; problem.views.len() * problem.width];
-        let voxels = if problem.steps_vary() { problem.films() * problem.width } else { 0 };
+        let voxels = if problem.steps_vary() { problem.films * problem.width } else { 0 };
         Self {
             problem,
             targets,
@@ -141,7 +141,7 @@ impl<'a> Row<'a> {
     fn advance(&mut self, now: &mut [f32], ahead: &mut [f32], pace: Pace) -> f64 {
         let width = self.problem.width;
         let mut overshoot = 0.0;
-        for film in 0..self.problem.films() {
+        for film in 0..self.problem.films {
             let line = film * width..(film + 1) * width;
             self.gradient.fill(0.0);
             for (view, slopes) in self.problem.views.iter().zip(self.slopes.chunks_exact(width)) {

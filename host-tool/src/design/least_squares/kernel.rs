@@ -48,29 +48,6 @@ impl Answers<'_> {
     }
 }
 
-/// Adds the half slope of `smoothness * |grad|^2` in one row; beyond the film's edge nothing changes.
-#[inline(always)]
-pub(super) fn add_smoothness(
-    smoothness: f32,
-    above: Option<&[f32]>,
-    here: &[f32],
-    below: Option<&[f32]>,
-    gradient: &mut [f32],
-) {
-    for neighbours in [above, below].into_iter().flatten() {
-        for ((gradient, &value), &neighbour) in gradient.iter_mut().zip(here).zip(neighbours) {
-            *gradient += smoothness * (value - neighbour);
-        }
-    }
-    let last = here.len() - 1;
-    for ((gradient, &value), &right) in gradient[..last].iter_mut().zip(here).zip(&here[1..]) {
-        *gradient += smoothness * (value - right);
-    }
-    for ((gradient, &value), &left) in gradient[1..].iter_mut().zip(&here[1..]).zip(here) {
-        *gradient += smoothness * (value - left);
-    }
-}
-
 /// How far to go along the gradient in one row.
 #[derive(Clone, Copy)]
 pub(super) enum RowSteps<'a> {
@@ -129,7 +106,7 @@ fn sum(values: &[f32]) -> f64 {
 
 /// Sums products in eight lanes.
 #[inline(always)]
-fn sum_of_products(a: &[f32], b: &[f32]) -> f64 {
+pub(super) fn sum_of_products(a: &[f32], b: &[f32]) -> f64 {
     let mut lanes = [0.0f32; 8];
     let (mut left, mut right) = (a.chunks_exact(8), b.chunks_exact(8));
     for (a, b) in (&mut left).zip(&mut right) {
@@ -174,6 +151,11 @@ impl Pace {
         } else {
             Self { least_loss, ..self }
         }
+    }
+
+    /// Adds nothing of the next move, so that the look ahead is where the step ends.
+    pub(super) fn resting(self) -> Self {
+        Self { pull: 0.0, ..self }
     }
 
     /// Adds nothing of the next move when the step turned back.

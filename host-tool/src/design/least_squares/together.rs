@@ -1,12 +1,17 @@
-//! All rows at once, where views, smoothness or structure tie one to the next.
+//! All rows at once, where views, spreading light or structure tie one to the next.
+
+mod settle;
 
 use rayon::prelude::*;
 
-use super::kernel::{Answers, Pace, RowSteps, add_smoothness, step_row};
+use super::blur::Blurred;
+use super::kernel::{Answers, Pace, RowSteps, step_row};
 use super::lines::{by_film, by_row};
-use super::{Effort, LAPLACIAN, PATIENCE, Problem, SolverView};
+use super::{Effort, PATIENCE, Problem, SolverView};
 use crate::design::structure::{Scratch, Structure};
 use crate::simd::vectorised;
+
+pub(super) use settle::settle;
 
 /// Iterations between two renewals of the voxels' steps, where they follow the pictures.
 const STEP_RENEWAL: usize = 8;
@@ -26,12 +31,12 @@ pub(super) fn solve(
     let mut pace = Pace::START;
     let mut last_loss = f64::INFINITY;
     for iteration in 0..effort.iterations {
-        let Loss { errors, structure } = work.look();
-        let loss = errors + structure;
+        let seen = work.look();
+        let loss = seen.sum();
         if problem.stop.is_asked() {
             break;
         }
-        watch(iteration, errors);
+        watch(iteration, seen.errors);
         if iteration % PATIENCE == 0 {
             if last_loss - loss < effort.tolerance * loss {
                 break;
@@ -46,10 +51,17 @@ pub(super) fn solve(
     by_film(volume, &mut ahead, problem);
 }
 
-/// What is lost to errors themselves, and to their structure.
+/// What is lost to errors of the expected light, to their structure, and to what scatters about that light.
 struct Loss {
     errors: f64,
     structure: f64,
+    scatter: f64,
+}
+
+impl Loss {
+    fn sum(&self) -> f64 {
+        self.errors + self.structure + self.scatter
+    }
 }
 
 /// One colour as it is worked on; films are row, film, column.
@@ -57,6 +69,9 @@ struct Work<'a> {
     problem: &'a Problem,
     targets: &'a [&'a [f32]],
     ahead: Vec<f32>,
+    /// The light of `ahead`, where it spreads.
+    blurred: Option<Blurred>,
+    /// 0 for a film that stays as it is.
     film_steps: Vec<f32>,
     /// Of each voxel, where they differ.
     steps: Vec<f32>,
@@ -83,6 +98,7 @@ impl<'a> Work<'a> {
         Self {
             problem,
             targets,
+            blurred: Blurred::new(problem),
             film_steps: problem.film_steps(),
             steps: vec![0.0; if problem.steps_vary() { ahead.len() } else { 0 }],
             answers: views.map(|(view, target)| ViewAnswer::new(problem, view, target)).collect(),
@@ -94,7 +110,9 @@ impl<'a> Work<'a> {
 
     /// Looks at the films from all views and answers.
     fn look(&mut self) -> Loss {
-        let (problem, targets, films) = (self.problem, self.targets, &self.ahead);
+        let (problem, targets) = (self.problem, self.targets);
+        let scatter = self.blurred.as_mut().map_or(0.0, |blurred| blurred.renew(problem, &self.ahead));
+        let films = self.blurred.as_ref().map_or(&*self.ahead, Blurred::light);
         let chunk_count = problem.height.div_ceil(ROWS_AT_ONCE);
         let mut chunks: Vec<Vec<Answers>> = (0..chunk_count).map(|_| Vec::new()).collect();
         for answer in &mut self.answers {
@@ -117,30 +135,36 @@ impl<'a> Work<'a> {
         let structure: f64 = views
             .map(|(answer, view)| f64::from(view.weight) * answer.finish(problem.width, scratch.as_mut()))
             .sum();
-        Loss { errors: losses.iter().sum(), structure }
+        Loss { errors: losses.iter().sum(), structure, scatter }
     }
 
     /// Takes one step from `ahead`, so that `now` is there, and looks ahead again; returns how much the step turned back.
     fn advance(&mut self, now: &mut [f32], pace: Pace, renew_steps: bool) -> f64 {
-        let line = self.problem.films() * self.problem.width;
-        let size = line * ROWS_AT_ONCE;
-        let edges = self.edges(size);
+        let size = self.problem.films * self.problem.width * ROWS_AT_ONCE;
+        if let Some(blurred) = &mut self.blurred {
+            if renew_steps && !self.steps.is_empty() {
+                self.answers
+                    .iter_mut()
+                    .for_each(|answer| blurred.spread(self.problem, &mut answer.curvatures));
+            }
+            blurred.turn(self.problem, self.answers.iter().map(|answer| &*answer.slopes).collect());
+        }
         let mut steps: Vec<&mut [f32]> = self.steps.chunks_mut(size).collect();
-        steps.resize_with(edges.len(), Default::default);
+        steps.resize_with(self.ahead.len().div_ceil(size), Default::default);
         let (problem, answers, film_steps) = (self.problem, &self.answers, &self.film_steps);
-        let tasks = now.par_chunks_mut(size).zip(self.ahead.par_chunks_mut(size)).zip(steps).zip(edges);
+        let blurred = self.blurred.as_ref();
+        let tasks = now.par_chunks_mut(size).zip(self.ahead.par_chunks_mut(size)).zip(steps);
         let overshoots: Vec<f64> = tasks
             .enumerate()
-            .map(|(chunk, (((now, ahead), steps), edges))| {
+            .map(|(chunk, ((now, ahead), steps))| {
                 let mut rows = Rows {
                     problem,
                     answers,
+                    blurred,
                     film_steps,
                     first: chunk * ROWS_AT_ONCE,
-                    edges,
                     gradient: vec![0.0; problem.width],
                     scratch: vec![0.0; problem.width],
-                    here: vec![0.0; problem.width],
                 };
                 vectorised(
                     #[inline(always)]
@@ -150,30 +174,6 @@ impl<'a> Work<'a> {
             .collect();
         overshoots.iter().sum()
     }
-
-    /// The rows beyond both ends of every task's rows, as they are before the step.
-    fn edges(&self, size: usize) -> Vec<Edges> {
-        let line = self.problem.films() * self.problem.width;
-        let smooth = self.problem.smoothness.iter().any(|&smoothness| smoothness > 0.0);
-        let row = |start: usize| self.ahead.get(start..start + line).filter(|_| smooth).map(<[f32]>::to_vec);
-        let starts = (0..self.ahead.len()).step_by(size);
-        starts
-            .map(|start| Edges {
-                has_above: start > 0,
-                above: row(start.saturating_sub(line)).unwrap_or_default(),
-                below: row(start + size).unwrap_or_default(),
-            })
-            .collect()
-    }
-}
-
-/// What lies beyond the rows of one task (film, column), where smoothness looks at it.
-struct Edges {
-    has_above: bool,
-    /// The row above as it was before this step.
-    above: Vec<f32>,
-    /// The row below the last; empty at the bottom.
-    below: Vec<f32>,
 }
 
 #[inline(always)]
@@ -247,12 +247,11 @@ impl ViewAnswer {
 struct Rows<'a> {
     problem: &'a Problem,
     answers: &'a [ViewAnswer],
+    blurred: Option<&'a Blurred>,
     film_steps: &'a [f32],
     first: usize,
-    edges: Edges,
     gradient: Vec<f32>,
     scratch: Vec<f32>,
-    here: Vec<f32>,
 }
 
 impl Rows<'_> {
@@ -265,17 +264,16 @@ impl Rows<'_> {
         pace: Pace,
         renew_steps: bool,
     ) -> f64 {
-        let (width, films) = (self.problem.width, self.problem.films());
-        let last = now.len() / (films * width) - 1;
+        let (width, films) = (self.problem.width, self.problem.films);
         let mut overshoot = 0.0;
         if self.problem.stop.is_asked() {
             return overshoot;
         }
-        for row in 0..=last {
+        for row in 0..now.len() / (films * width) {
             for film in 0..films {
                 let start = (row * films + film) * width;
                 let line = start..start + width;
-                self.pull_back(film, self.first + row, ahead, start, row == last);
+                self.pull_back(film, self.first + row, &ahead[line.clone()]);
                 if renew_steps && !steps.is_empty() {
                     self.renew_steps(film, self.first + row, &mut steps[line.clone()]);
                 }
@@ -286,37 +284,31 @@ impl Rows<'_> {
                 overshoot +=
                     step_row(&mut now[line.clone()], &mut ahead[line], &mut self.gradient, row_steps, pace);
             }
-            self.edges.has_above = true;
         }
         overshoot
     }
 
-    /// Leaves in `gradient` half the slope of the loss along one line of one film.
+    /// Leaves in `gradient` half the slope of the loss along one line of one film, which is `ahead`.
     #[inline(always)]
-    fn pull_back(&mut self, film: usize, row: usize, ahead: &[f32], start: usize, is_last: bool) {
-        let (width, line) = (self.problem.width, self.problem.films() * self.problem.width);
-        self.gradient.fill(0.0);
-        for (view, answer) in self.problem.views.iter().zip(self.answers) {
-            let weight = view.film_weights[film];
-            let (gradient, scratch) = (&mut self.gradient, &mut self.scratch);
-            view.rays.back_project_row(film, row, &answer.slopes, weight, gradient, scratch);
+    fn pull_back(&mut self, film: usize, row: usize, ahead: &[f32]) {
+        let (gradient, scratch) = (&mut self.gradient, &mut self.scratch);
+        if let Some(blurred) = self.blurred {
+            blurred.pull_back(self.problem, film, row, ahead, gradient, scratch);
+            return;
         }
-        let smoothness = self.problem.smoothness[film];
-        if smoothness > 0.0 {
-            let place = film * width..(film + 1) * width;
-            let below = start + line..start + line + width;
-            let below = if is_last { self.edges.below.get(place.clone()) } else { ahead.get(below) };
-            let above = &mut self.edges.above[place];
-            self.here.copy_from_slice(&ahead[start..start + width]);
-            let above_line = self.edges.has_above.then_some(&*above);
-            add_smoothness(smoothness, above_line, &self.here, below, &mut self.gradient);
-            above.copy_from_slice(&self.here);
+        gradient.fill(0.0);
+        for (view, answer) in self.problem.views.iter().zip(self.answers) {
+            view.rays.back_project_row(film, row, &answer.slopes, view.film_weights[film], gradient, scratch);
         }
     }
 
     #[inline(always)]
     fn renew_steps(&mut self, film: usize, row: usize, steps: &mut [f32]) {
-        steps.fill(LAPLACIAN * self.problem.smoothness[film]);
+        if self.film_steps[film] == 0.0 {
+            steps.fill(0.0);
+            return;
+        }
+        steps.fill(self.problem.noise(film));
         for (view, answer) in self.problem.views.iter().zip(self.answers) {
             let weight = view.film_weights[film] * view.row_sum();
             view.rays.back_project_row(film, row, &answer.curvatures, weight, steps, &mut self.scratch);
@@ -324,3 +316,6 @@ impl Rows<'_> {
         self.problem.curvatures_to_steps(film, row, steps);
     }
 }
+
+#[cfg(test)]
+mod tests;
