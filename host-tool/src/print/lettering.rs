@@ -38,7 +38,7 @@ pub(super) fn line(text: &str, size_mm: f64, weight: Weight) -> Line {
     Line { outline, width_mm: at }
 }
 
-/// As [`line`], in smaller letters where it would be longer than `most_mm`.
+/// As [`line()`], in smaller letters where it would be longer than `most_mm`.
 pub(super) fn fitted_line(text: &str, size_mm: f64, weight: Weight, most_mm: f64) -> Line {
     let full = line(text, size_mm, weight);
     if full.width_mm <= most_mm {
