@@ -17,8 +17,8 @@ use super::output::Output;
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
-  vitrine print --wedge -o wedge              prints the wedge: under ultraviolet light, take a photograph of it
   vitrine calibrate photo.jpg -o curves.toml  writes the curves; then `curves = \"curves.toml\"` in [print]
+  vitrine print --wedge -o wedge              prints the wedge that is photographed under ultraviolet light
   vitrine calibrate photo.jpg -o curves.toml --overlay found.png --json
 
 The photograph shows the whole wedge in an otherwise dark room, no patch overexposed, all brightness adjustments of the

@@ -18,6 +18,9 @@ use super::output::Output;
 
 /// Try materials out: simulate an experiment, and measure by photographs of it.
 #[derive(Args)]
+#[command(
+    after_help = "Examples:\n  vitrine experiment films -o films.png\n  vitrine experiment films --help"
+)]
 pub(super) struct Experiment {
     #[command(subcommand)]
     which: Which,

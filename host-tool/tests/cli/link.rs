@@ -79,6 +79,8 @@ fn hold_dark_release_and_clock_reach_the_exhibit() {
     until(&|status| status["dark"] != "a host asked for dark");
     workshop.succeed(&["open", "--for", "2m", "--to", to]);
     until(&|status| status["lease_s"].as_f64().is_some_and(|lease_s| lease_s > 60.0));
+    workshop.succeed(&["release", "--to", to]);
+    until(&|status| status["lease_s"] == 0.0);
 
     for dry in [&["hold", "cat"][..], &["dark"], &["release"], &["rearm"], &["new-stack"]] {
         let told = json(&workshop.succeed(&[dry, &["--dry-run", "--json", "--to", to]].concat()));
