@@ -10,6 +10,7 @@ use vitrine::object::{self, ObjectReport};
 use vitrine::year::{Year, year};
 
 use super::design::folder_of;
+use super::frontier::draw;
 use super::outlook::Outlook;
 use super::output::Output;
 use super::progress::Progress;
@@ -36,6 +37,9 @@ pub(super) struct Check {
     /// Draw what quality costs in brightness and contrast into this SVG file, and its points as JSON beside it.
     #[arg(long, value_name = "SVG", conflicts_with = "quick")]
     frontier: Option<PathBuf>,
+    /// With --frontier: try everything, and write nothing.
+    #[arg(long, requires = "frontier")]
+    dry_run: bool,
 }
 
 impl Check {
@@ -65,8 +69,12 @@ impl Check {
             None
         } else {
             let mut progress = Progress::new(output.is_json());
-            Some(Outlook::of(&exhibit, &self.exhibit, self.frontier.as_deref(), &mut progress)?)
+            Some(Outlook::of(&exhibit, &self.exhibit, self.frontier.is_some(), &mut progress)?)
         };
+        let drawing = self.frontier.filter(|_| !self.dry_run);
+        if let (Some(points), Some(drawing)) = (outlook.as_ref().and_then(Outlook::frontier), drawing) {
+            draw(points, &drawing)?;
+        }
         let result =
             serde_json::json!({ "exhibit": exhibit, "year": year, "outlook": outlook, "object": object });
         output.result(&result, || {
@@ -103,14 +111,8 @@ fn year_summary(exhibit: &Exhibit, year: &Year) -> String {
         "dose    a lamp at full level uses the day's {:.0} kJ/m2 in {minutes:.0} minutes; then the idle glow",
         limits.daily_dose_j_m2 / 1000.0
     ));
-    let life = match year.life_years {
-        Some(years) => {
-            format!(", of {:.1} MJ/m2 for the stack's life: {years:.1} years", limits.life_dose_j_m2 / 1e6)
-        }
-        None => String::new(),
-    };
     lines.push(format!(
-        "        at most {:.2} MJ/m2 a lamp in {}, with somebody there all the time{life}",
+        "        at most {:.2} MJ/m2 a lamp in {}, with somebody there all the time",
         year.dose_j_m2 / 1e6,
         year.year
     ));
@@ -119,6 +121,7 @@ fn year_summary(exhibit: &Exhibit, year: &Year) -> String {
         lines
             .push(format!("        expected {kilojoules:.1} kJ/m2 a day, with somebody there for {hours} h"));
     }
+    lines.push(format!("life    {}", exhibit.life_in_words(year)));
     lines.join("\n")
 }
 

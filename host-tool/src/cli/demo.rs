@@ -7,11 +7,12 @@ use clap::Args;
 use miette::{Diagnostic, Report};
 use thiserror::Error;
 use vitrine::build_folder::{self, BuildFolder};
+use vitrine::config;
 use vitrine::demo::{Moment, contact_sheet, walk};
 use vitrine::starter;
 use vitrine::volume::InkDepth;
 
-use super::design::{Effort, FEW_STACKS, design_exhibit};
+use super::design::{Effort, FEW_STACKS, Source, design_exhibit, folder_of};
 use super::output::Output;
 
 /// A demo is watched while it runs: it stops a few tenths of a dB short of what `vitrine design` reaches.
@@ -36,6 +37,9 @@ pub(super) struct Demo {
     /// Open the page report.html in the browser when all is done.
     #[arg(long)]
     open: bool,
+    /// Read all that the design needs, tell what would be written, and write nothing.
+    #[arg(long, conflicts_with = "open")]
+    dry_run: bool,
 }
 
 #[derive(Debug, Error, Diagnostic)]
@@ -66,6 +70,18 @@ impl Demo {
                 folder.join("exhibit.toml")
             }
         };
+        let sheet = self.output.join("contact-sheet.png");
+        let page = self.output.join("report.html");
+        if self.dry_run {
+            let folder = folder_of(&exhibit);
+            let source = Source { exhibit: &config::load(&exhibit)?, exhibit_toml: Some(&exhibit), folder };
+            let foretold = source.foretell(&self.output, InkDepth::Eight)?;
+            let told = serde_json::json!({ "build": self.output, "contact_sheet": sheet, "page": page, "takes": foretold });
+            output.result(&told, || {
+                format!("would write {} and {}; {foretold}", page.display(), sheet.display())
+            });
+            return Ok(());
+        }
         output.note("Designing the films and the lamp pairs");
         let effort = Effort { iterations: Some(ITERATIONS), stacks: FEW_STACKS };
         let report = design_exhibit(&exhibit, &self.output, InkDepth::Eight, effort, output)?;
@@ -73,9 +89,7 @@ impl Demo {
         output.note("\nA simulated controller takes the plan, and a viewer walks from left to right");
         let build = BuildFolder::open(&self.output)?;
         let moments = walk(&build.plan_file()?, &mut |moment| output.note(&line(moment)))?;
-        let sheet = self.output.join("contact-sheet.png");
         write_sheet(&sheet, &build, &report, &moments)?;
-        let page = self.output.join("report.html");
         let done = serde_json::json!({
             "build": self.output,
             "contact_sheet": sheet,

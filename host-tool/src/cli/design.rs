@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use miette::{Diagnostic, Report};
+use serde::Serialize;
 use thiserror::Error;
 use vitrine::build_folder::{self, Beside, Inputs, Interrupt};
 use vitrine::config::{self, Exhibit};
@@ -27,6 +28,7 @@ Examples:
   vitrine design exhibit.toml -o build
   vitrine design exhibit.toml -o build --bits 16
   vitrine design exhibit.toml -o build --as-built
+  vitrine design exhibit.toml -o build --dry-run
   vitrine design exhibit.toml -o build --strips --dry-run
   vitrine design exhibit.toml -o build --json | jq .mean_psnr_db
 
@@ -52,7 +54,8 @@ pub(super) struct Design {
     /// Design some rows at a time, as is done anyway where the films are too large for memory.
     #[arg(long, conflicts_with = "as_built")]
     strips: bool,
-    /// With strips: tell the bytes, the minutes and the ink that the design takes, and write nothing.
+    /// Read all that the design needs, tell what it takes, and write nothing: its memory, and with strips its minutes,
+    /// bytes and ink, too.
     #[arg(long)]
     dry_run: bool,
     /// Bits of each ink value in the films.
@@ -79,9 +82,6 @@ pub(super) enum DesignFailure {
         )
     )]
     Memory { needed_mib: u64, allowed_mib: u32 },
-    #[error("these films fit into memory: their design takes seconds or minutes, and nothing is foretold")]
-    #[diagnostic(code("vitrine::design::nothing_foretold"), help("leave --dry-run out, or add --strips"))]
-    NothingForetold,
     #[error("stopped after {done} of {strips} strips, which are kept in {}", kept.display())]
     #[diagnostic(
         code("vitrine::design::paused"),
@@ -124,7 +124,14 @@ impl Design {
                 Outcome::Designed(report) => *report,
             }
         } else if self.dry_run {
-            return Err(DesignFailure::NothingForetold.into());
+            let source = Source {
+                exhibit: &exhibit,
+                exhibit_toml: Some(&self.exhibit),
+                folder: folder_of(&self.exhibit),
+            };
+            let foretold = source.foretell(&self.output, depth)?;
+            output.result(&foretold, || foretold.to_string());
+            return Ok(());
         } else {
             let effort = Effort { iterations: None, stacks: if self.as_built { STACKS } else { FEW_STACKS } };
             design_exhibit(&self.exhibit, &self.output, depth, effort, output)?
@@ -197,7 +204,7 @@ impl Source<'_> {
         if let Some(iterations) = effort.iterations {
             request.settings.iterations = iterations;
         }
-        check_memory(exhibit, &request, output)?;
+        output.note(&format!("needs at most about {} MiB of memory", allowed_memory_mib(exhibit, &request)?));
         let similarity = exhibit.design.adapt.then_some(exhibit.design.adapt_similarity);
         let path = self.exhibit_toml.unwrap_or(Path::new("the exhibit"));
         let (adapted, designed) = stoppable(path, &request.stop, || {
@@ -225,6 +232,18 @@ impl Source<'_> {
         Ok(build_folder::write(place, &inputs, exhibit, wanted, beside, &designed)?)
     }
 
+    /// Reads all that the design into the build folder `place` needs, and writes nothing.
+    pub(super) fn foretell(&self, place: &Path, depth: InkDepth) -> Result<Foretold, Report> {
+        build_folder::check_place(place)?;
+        let sliced = self.slice(&mut Progress::new(true))?;
+        let object = sliced.as_ref().map(|sliced| Shown::new(self.exhibit, sliced));
+        let request =
+            self.exhibit.design_request(self.folder, depth, object.as_ref()).map_err(DesignFailure::from)?;
+        let memory_mib = allowed_memory_mib(self.exhibit, &request)?;
+        let [width, height] = self.exhibit.stack.pixels;
+        Ok(Foretold { films: self.exhibit.stack.films, pixels: [width, height], memory_mib })
+    }
+
     /// Lays the exhibit's object into the films, where there is one.
     fn slice(&self, progress: &mut Progress) -> Result<Option<Sliced>, Report> {
         let Some(object) = &self.exhibit.object else { return Ok(None) };
@@ -235,16 +254,32 @@ impl Source<'_> {
     }
 }
 
-fn check_memory(exhibit: &Exhibit, request: &DesignRequest, output: Output) -> Result<(), Report> {
+/// What a design in memory takes, told beforehand.
+#[derive(Debug, Serialize)]
+pub(super) struct Foretold {
+    films: u32,
+    pixels: [u32; 2],
+    memory_mib: u64,
+}
+
+impl std::fmt::Display for Foretold {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { films, pixels: [width, height], memory_mib } = self;
+        write!(
+            out,
+            "{films} films of {width} x {height} pixels: seconds or minutes, and at most about {memory_mib} MiB of memory"
+        )
+    }
+}
+
+/// The memory in MiB that the design takes at most.
+fn allowed_memory_mib(exhibit: &Exhibit, request: &DesignRequest) -> Result<u64, DesignFailure> {
     let needed_mib = predicted_memory_mib(request).ceil() as u64;
     match exhibit.design.memory_mib {
         Some(allowed_mib) if u64::from(allowed_mib) < needed_mib => {
-            Err(DesignFailure::Memory { needed_mib, allowed_mib }.into())
+            Err(DesignFailure::Memory { needed_mib, allowed_mib })
         }
-        _ => {
-            output.note(&format!("needs at most about {needed_mib} MiB of memory"));
-            Ok(())
-        }
+        _ => Ok(needed_mib),
     }
 }
 

@@ -64,6 +64,9 @@ struct Films {
     /// Also write the first photograph with what was found in it, as PNG.
     #[arg(long, value_name = "FILE", requires = "fit")]
     overlay: Option<PathBuf>,
+    /// Simulate or measure, and write nothing.
+    #[arg(long)]
+    dry_run: bool,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -128,7 +131,7 @@ impl Films {
             tau_uv: self.tau_uv.unwrap_or(polyester.tau_uv),
             tau_visible: self.tau_visible.unwrap_or(polyester.tau_visible),
         };
-        if let Some(path) = &self.output {
+        if let Some(path) = self.output.as_ref().filter(|_| !self.dry_run) {
             let mut png = std::io::Cursor::new(Vec::new());
             draw(films).write_to(&mut png, image::ImageFormat::Png)?;
             let write = |source| ExperimentFailure::Write { path: path.clone(), source };
@@ -146,6 +149,7 @@ impl Films {
             "tau_uv": films.tau_uv,
             "tau_visible": films.tau_visible,
             "light": rows,
+            "written": self.output.is_some() && !self.dry_run,
         });
         output.result(&result, || {
             let mut text =
@@ -165,7 +169,7 @@ impl Films {
             let photograph = Picture::read(path)?;
             let fitted =
                 fit(&photograph).map_err(|cause| ExperimentFailure::Fit { path: path.clone(), cause })?;
-            if let Some(drawn) = self.overlay.as_ref().filter(|_| fits.is_empty()) {
+            if let Some(drawn) = self.overlay.as_ref().filter(|_| fits.is_empty() && !self.dry_run) {
                 overlay(&photograph, &chart(), &fitted.found).write_png(drawn)?;
             }
             fits.push(fitted);
@@ -192,6 +196,7 @@ impl Films {
             "tau": tau,
             "photographs": photographs.collect::<Vec<_>>(),
             "overlay": self.overlay,
+            "written": self.overlay.is_some() && !self.dry_run,
         });
         output.result(&result, || {
             let mut text = format!("{key} = {tau:.3}");

@@ -8,6 +8,8 @@ use miette::{Diagnostic, Report};
 use thiserror::Error;
 use vitrine::link::Client;
 
+use super::output::Output;
+
 /// How often the controller is asked.
 const PAUSE: Duration = Duration::from_millis(100);
 
@@ -41,7 +43,12 @@ pub(super) enum LiveError {
 }
 
 /// Prints what the controller tells until the time is over, or for ever.
-pub(super) fn follow(mut client: Client, image: &Path, lasts: Option<Duration>) -> Result<(), Report> {
+pub(super) fn follow(
+    mut client: Client,
+    image: &Path,
+    lasts: Option<Duration>,
+    output: Output,
+) -> Result<(), Report> {
     let table = table(image)?;
     let mut decoder = table.new_stream_decoder();
     let began = Instant::now();
@@ -55,9 +62,9 @@ pub(super) fn follow(mut client: Client, image: &Path, lasts: Option<Duration>) 
         decoder.received(&bytes[blank..]);
         loop {
             match decoder.decode() {
-                Ok(frame) => println!("{}", frame.display(false)),
+                Ok(frame) => tell(&frame.display(false).to_string(), output),
                 Err(DecodeError::UnexpectedEof) => break,
-                Err(DecodeError::Malformed) => println!("(some messages were missed)"),
+                Err(DecodeError::Malformed) => tell("(some messages were missed)", output),
             }
         }
         if bytes.is_empty() {
@@ -65,6 +72,10 @@ pub(super) fn follow(mut client: Client, image: &Path, lasts: Option<Duration>) 
         }
     }
     Ok(())
+}
+
+fn tell(message: &str, output: Output) {
+    output.line(&serde_json::json!({ "message": message }), || message.to_owned());
 }
 
 fn table(image: &Path) -> Result<Table, LiveError> {

@@ -36,7 +36,7 @@ pub(super) struct Log {
     #[arg(long, conflicts_with = "json")]
     csv: bool,
     /// Instead, print what the firmware tells as it runs, decoded with this ELF file of the image that the board runs.
-    #[arg(long, value_name = "ELF", conflicts_with_all = ["from", "since", "csv", "json"])]
+    #[arg(long, value_name = "ELF", conflicts_with_all = ["from", "since", "csv"])]
     live: Option<PathBuf>,
     /// With --live: stop after this many seconds.
     #[arg(long = "for", value_name = "SECONDS", requires = "live")]
@@ -49,7 +49,7 @@ impl Log {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let mut client = self.to.open()?;
         if let Some(image) = &self.live {
-            return live::follow(client, image, self.lasts.map(Duration::from_secs));
+            return live::follow(client, image, self.lasts.map(Duration::from_secs), output);
         }
         let mut entries = client.log(self.from)?;
         if let Some(since) = self.since {
@@ -87,7 +87,7 @@ fn as_csv(entry: &LogEntry) -> String {
     format!("{},{},{},\"{event}\",{dose}", entry.sequence, time(entry), entry.uptime_s)
 }
 
-fn as_json(entry: &LogEntry) -> Value {
+pub(super) fn as_json(entry: &LogEntry) -> Value {
     let dose = match entry.event {
         Event::DayDose { lamp, day, joules_m2, lit_hours } => json!({
             "day": date_text(day),

@@ -8,6 +8,7 @@ mod controller;
 mod demo;
 mod design;
 mod devices;
+mod doctor;
 mod experiment;
 mod exposure;
 mod firmware;
@@ -40,7 +41,8 @@ mod words;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use miette::Report;
+use miette::{Diagnostic, Report};
+use thiserror::Error;
 
 use output::Output;
 
@@ -96,14 +98,17 @@ enum Command {
     Schema(schema::Schema),
     Firmware(firmware::Firmware),
     Explain(setup::Explain),
-    Doctor(setup::Doctor),
+    Doctor(doctor::Doctor),
     Completions(setup::Completions),
     Man(setup::Man),
 }
 
 /// Runs the command that the process was started with.
 pub(crate) fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error),
+    };
     let output = Output::new(cli.json);
     if let Err(error) = vitrine::build_folder::clean_up_on_interrupt() {
         output.note(&format!("an interrupt will leave unfinished folders behind: {error}"));
@@ -115,6 +120,25 @@ pub(crate) fn main() -> ExitCode {
             exit_code(&report)
         }
     }
+}
+
+/// The command line is wrong, or asks for help.
+#[derive(Debug, Error, Diagnostic)]
+#[error("{0}")]
+#[diagnostic(code(vitrine::cli::usage), help("`vitrine COMMAND --help` has examples"))]
+struct Usage(String);
+
+/// Says what is wrong with the command line, as JSON where that is asked for; or helps.
+fn usage(error: &clap::Error) -> ExitCode {
+    if error.use_stderr() && std::env::args_os().any(|argument| argument == "--json") {
+        let text = error.render().to_string();
+        let told = text.trim().trim_start_matches("error: ").to_owned();
+        Output::new(true).error(&Usage(told).into());
+    } else {
+        // A reader that has gone away is no reason to fail.
+        let _ = error.print();
+    }
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
 fn exit_code(report: &Report) -> ExitCode {

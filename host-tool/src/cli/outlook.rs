@@ -9,7 +9,6 @@ use vitrine::design::{Advice, FrontierPoint, Prediction, advise, frontier, predi
 use vitrine::volume::InkDepth;
 
 use super::design::{DesignFailure, stoppable};
-use super::frontier::draw;
 use super::progress::Progress;
 
 /// What the design of an exhibit will reach, and what would be better.
@@ -22,28 +21,29 @@ pub(super) struct Outlook {
 }
 
 impl Outlook {
-    /// Tries the exhibit.toml at `path` in small; draws what quality costs into `drawing`, where that is asked for.
+    /// Tries the exhibit.toml at `path` in small; with its frontier where that is asked for.
     pub(super) fn of(
         exhibit: &Exhibit,
         path: &Path,
-        drawing: Option<&Path>,
+        with_frontier: bool,
         progress: &mut Progress,
     ) -> Result<Self, Report> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let request =
             exhibit.in_memory().design_request(folder, InkDepth::Eight, None).map_err(DesignFailure::from)?;
-        let outlook = stoppable(path, &request.stop, || {
-            let points = drawing.map(|_| frontier(&request, &mut |step| progress.report(step)));
+        Ok(stoppable(path, &request.stop, || {
+            let points = with_frontier.then(|| frontier(&request, &mut |step| progress.report(step)));
             Ok(Self {
                 frontier: points.transpose()?,
                 prediction: predict(&request)?,
                 advice: advise(&request)?,
             })
-        })?;
-        if let (Some(points), Some(drawing)) = (&outlook.frontier, drawing) {
-            draw(points, drawing)?;
-        }
-        Ok(outlook)
+        })?)
+    }
+
+    /// What quality costs in brightness and contrast, where that was asked for.
+    pub(super) fn frontier(&self) -> Option<&[FrontierPoint]> {
+        self.frontier.as_deref()
     }
 
     /// The outlook as lines to read.

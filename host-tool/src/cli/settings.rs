@@ -2,7 +2,7 @@
 
 use clap::Args;
 use miette::{Diagnostic, Report};
-use serde_json::json;
+use serde_json::{Map, Value, json};
 use thiserror::Error;
 use vitrine_exhibit::settings::{ServicePort, Settings as Kept, SettingsError};
 use vitrine_exhibit::units::CentiDegrees;
@@ -55,83 +55,98 @@ enum SettingsFailure {
 struct Entry {
     key: &'static str,
     wanted: &'static str,
-    read: fn(&Kept) -> serde_json::Value,
-    write: fn(&mut Kept, &str) -> Option<()>,
-    copy: fn(&mut Kept, &Kept),
+    field: fn(&mut Kept) -> Field<'_>,
+}
+
+/// Where a setting is kept, and in which parts of what a person writes.
+enum Field<'a> {
+    Name(&'a mut heapless::String<32>),
+    Port(&'a mut ServicePort),
+    Whole(&'a mut u16),
+    Permille(&'a mut u16),
+    Angle(&'a mut CentiDegrees),
 }
 
 const ENTRIES: [Entry; 9] = [
-    Entry {
-        key: "place",
-        wanted: "a name of at most 32 bytes",
-        read: |kept| json!(kept.place.as_str()),
-        write: |kept, text| text.try_into().ok().map(|place| kept.place = place),
-        copy: |to, from| to.place.clone_from(&from.place),
-    },
+    Entry { key: "place", wanted: "a name of at most 32 bytes", field: |kept| Field::Name(&mut kept.place) },
     Entry {
         key: "service_port",
         wanted: "cable, where a computer beside the exhibit is at its end, or network",
-        read: |kept| json!(if kept.service_port == ServicePort::Cable { "cable" } else { "network" }),
-        write: |kept, text| {
-            kept.service_port = match text {
-                "cable" => ServicePort::Cable,
-                "network" => ServicePort::Network,
-                _ => return None,
-            };
-            Some(())
-        },
-        copy: |to, from| to.service_port = from.service_port,
+        field: |kept| Field::Port(&mut kept.service_port),
     },
     Entry {
         key: "top_beta_kelvin",
         wanted: "the NTC's beta, 2000 to 6000",
-        read: |kept| json!(kept.top_beta_kelvin),
-        write: |kept, text| text.parse().ok().map(|beta| kept.top_beta_kelvin = beta),
-        copy: |to, from| to.top_beta_kelvin = from.top_beta_kelvin,
+        field: |kept| Field::Whole(&mut kept.top_beta_kelvin),
     },
     Entry {
         key: "bottom_beta_kelvin",
         wanted: "the NTC's beta, 2000 to 6000",
-        read: |kept| json!(kept.bottom_beta_kelvin),
-        write: |kept, text| text.parse().ok().map(|beta| kept.bottom_beta_kelvin = beta),
-        copy: |to, from| to.bottom_beta_kelvin = from.bottom_beta_kelvin,
+        field: |kept| Field::Whole(&mut kept.bottom_beta_kelvin),
     },
     Entry {
         key: "supply_divider",
         wanted: "the lamp supply over what its divider gives, 5 to 20",
-        read: |kept| json!(f64::from(kept.supply_divider_permille) / 1000.0),
-        write: |kept, text| parts(text, 1000.0).map(|permille| kept.supply_divider_permille = permille),
-        copy: |to, from| to.supply_divider_permille = from.supply_divider_permille,
+        field: |kept| Field::Permille(&mut kept.supply_divider_permille),
     },
     Entry {
         key: "ultraviolet_gain",
         wanted: "what the sensor's reading is multiplied by, 0.5 to 2",
-        read: |kept| json!(f64::from(kept.ultraviolet_gain_permille) / 1000.0),
-        write: |kept, text| parts(text, 1000.0).map(|permille| kept.ultraviolet_gain_permille = permille),
-        copy: |to, from| to.ultraviolet_gain_permille = from.ultraviolet_gain_permille,
+        field: |kept| Field::Permille(&mut kept.ultraviolet_gain_permille),
     },
     Entry {
         key: "viewer_yaw_deg",
         wanted: "the viewer sensors' angle to either side, 10 to 25 degrees",
-        read: |kept| json!(f64::from(kept.viewer_yaw.0) / 100.0),
-        write: |kept, text| parts(text, 100.0).map(|angle: i16| kept.viewer_yaw = CentiDegrees(angle)),
-        copy: |to, from| to.viewer_yaw = from.viewer_yaw,
+        field: |kept| Field::Angle(&mut kept.viewer_yaw),
     },
     Entry {
         key: "viewer_pitch_deg",
         wanted: "the viewer sensors' angle upwards, -30 to 30 degrees",
-        read: |kept| json!(f64::from(kept.viewer_pitch.0) / 100.0),
-        write: |kept, text| parts(text, 100.0).map(|angle: i16| kept.viewer_pitch = CentiDegrees(angle)),
-        copy: |to, from| to.viewer_pitch = from.viewer_pitch,
+        field: |kept| Field::Angle(&mut kept.viewer_pitch),
     },
     Entry {
         key: "viewer_beside_mm",
         wanted: "the viewer sensors' distance from the stack's middle, 0 to 100 mm",
-        read: |kept| json!(kept.viewer_beside_mm),
-        write: |kept, text| text.parse().ok().map(|mm| kept.viewer_beside_mm = mm),
-        copy: |to, from| to.viewer_beside_mm = from.viewer_beside_mm,
+        field: |kept| Field::Whole(&mut kept.viewer_beside_mm),
     },
 ];
+
+impl Entry {
+    /// The setting's value, as a person writes it.
+    fn read(&self, kept: &Kept) -> Value {
+        match (self.field)(&mut kept.clone()) {
+            Field::Name(name) => json!(name.as_str()),
+            Field::Port(ServicePort::Cable) => json!("cable"),
+            Field::Port(ServicePort::Network) => json!("network"),
+            Field::Whole(whole) => json!(whole),
+            Field::Permille(permille) => json!(f64::from(*permille) / 1000.0),
+            Field::Angle(angle) => json!(f64::from(angle.0) / 100.0),
+        }
+    }
+
+    /// Sets it to what a person has written; nothing where that is no such value.
+    fn write(&self, kept: &mut Kept, text: &str) -> Option<()> {
+        match (self.field)(kept) {
+            Field::Name(name) => *name = text.try_into().ok()?,
+            Field::Port(port) => {
+                *port = match text {
+                    "cable" => ServicePort::Cable,
+                    "network" => ServicePort::Network,
+                    _ => return None,
+                }
+            }
+            Field::Whole(whole) => *whole = text.parse().ok()?,
+            Field::Permille(permille) => *permille = parts(text, 1000.0)?,
+            Field::Angle(angle) => *angle = CentiDegrees(parts(text, 100.0)?),
+        }
+        Some(())
+    }
+}
+
+/// The settings by their keys, with units in them.
+pub(super) fn as_json(kept: &Kept) -> Map<String, Value> {
+    ENTRIES.iter().map(|entry| (entry.key.to_owned(), entry.read(kept))).collect()
+}
 
 impl Settings {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
@@ -145,8 +160,7 @@ impl Settings {
             }
             client.change_settings(&after)?;
         }
-        let mut told: serde_json::Map<String, serde_json::Value> =
-            ENTRIES.iter().map(|entry| (entry.key.to_owned(), (entry.read)(&after))).collect();
+        let mut told = as_json(&after);
         told.insert("changed".to_owned(), json!(writes));
         output.result(&told, || as_text(&before, &after, writes));
         Ok(())
@@ -164,9 +178,9 @@ fn changed(before: &Kept, assignments: &[(String, String)]) -> Result<Kept, Sett
                 help: format!("there are {keys}"),
             });
         };
-        if value == "default" {
-            (entry.copy)(&mut after, &Kept::default());
-        } else if (entry.write)(&mut after, value).is_none() {
+        let default = || plain(entry.read(&Kept::default()));
+        let wanted = if value == "default" { default() } else { value.clone() };
+        if entry.write(&mut after, &wanted).is_none() {
             let (key, value) = (entry.key, value.clone());
             return Err(SettingsFailure::Value { key, value, wanted: entry.wanted });
         }
@@ -176,13 +190,12 @@ fn changed(before: &Kept, assignments: &[(String, String)]) -> Result<Kept, Sett
 }
 
 fn as_text(before: &Kept, after: &Kept, written: bool) -> String {
-    let plain = |value: serde_json::Value| match value {
-        serde_json::Value::String(text) if text.is_empty() => "not named".to_owned(),
-        serde_json::Value::String(text) => text,
-        other => other.to_string(),
+    let shown = |kept: &Kept, entry: &Entry| match plain(entry.read(kept)) {
+        text if text.is_empty() => "not named".to_owned(),
+        text => text,
     };
     let line = |entry: &Entry| {
-        let (was, is) = (plain((entry.read)(before)), plain((entry.read)(after)));
+        let (was, is) = (shown(before, entry), shown(after, entry));
         let change = match (was == is, written) {
             (true, _) => String::new(),
             (false, true) => format!("  (was {was})"),
@@ -191,6 +204,13 @@ fn as_text(before: &Kept, after: &Kept, written: bool) -> String {
         format!("{:<20} {is}{change}", entry.key)
     };
     ENTRIES.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+fn plain(value: Value) -> String {
+    match value {
+        Value::String(text) => text,
+        other => other.to_string(),
+    }
 }
 
 fn assignment(text: &str) -> Result<(String, String), String> {
@@ -216,21 +236,13 @@ mod tests {
     #[test]
     fn every_setting_can_be_written_read_and_put_back() {
         let values =
-            ["Hall 3", "network", "3435", "3436", "11.05", "1.08", "24", "-3.5", "25"].map(str::to_owned);
+            ["Hall 3", "network", "3435", "3436", "11.05", "1.08", "24.0", "-3.5", "25"].map(str::to_owned);
         for (entry, value) in ENTRIES.iter().zip(values) {
             let after = set(entry.key, &value).unwrap();
             assert_ne!(after, Kept::default(), "{}", entry.key);
-            assert_eq!(plain((entry.read)(&after)), value, "{}", entry.key);
+            assert_eq!(plain(entry.read(&after)), value, "{}", entry.key);
             let back = changed(&after, &[(entry.key.to_owned(), "default".to_owned())]).unwrap();
             assert_eq!(back, Kept::default(), "{}", entry.key);
-        }
-    }
-
-    fn plain(value: serde_json::Value) -> String {
-        match value {
-            serde_json::Value::String(text) => text,
-            serde_json::Value::Number(number) if number.as_f64() == Some(24.0) => "24".to_owned(),
-            other => other.to_string(),
         }
     }
 

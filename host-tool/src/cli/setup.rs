@@ -1,19 +1,17 @@
-//! `vitrine explain`, `completions`, `man` and `doctor`: help for the command itself.
+//! `vitrine explain`, `completions` and `man`: help for the command itself.
 
 use std::path::PathBuf;
 
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
 use miette::{Diagnostic, Report};
-use serde_json::{Value, json};
+use serde_json::json;
 use thiserror::Error;
 use vitrine::build_folder::write_file;
 use vitrine::config::closest;
-use vitrine::link::{Client, devices};
 
 use super::Cli;
 use super::output::Output;
-use super::words;
 
 const EXPLANATIONS: &str = include_str!("explain.txt");
 
@@ -42,16 +40,14 @@ pub(super) struct Completions {
 
 /// Write the man pages into a folder.
 #[derive(Args)]
-#[command(after_help = "Examples:\n  vitrine man ~/.local/share/man/man1")]
+#[command(after_help = "Examples:\n  vitrine man ~/.local/share/man/man1\n  vitrine man . --dry-run")]
 pub(super) struct Man {
     /// The folder, which must exist.
     folder: PathBuf,
+    /// Only tell which pages would be written.
+    #[arg(long)]
+    dry_run: bool,
 }
-
-/// Collect what a person needs to help: versions, ports, controllers and their last events.
-#[derive(Args)]
-#[command(after_help = "Examples:\n  vitrine doctor\n  vitrine doctor --json > doctor.json")]
-pub(super) struct Doctor {}
 
 #[derive(Debug, Error, Diagnostic)]
 enum SetupFailure {
@@ -114,10 +110,12 @@ impl Man {
             let write = |source| SetupFailure::Write { path: path.clone(), source };
             let mut text = Vec::new();
             man.render(&mut text).map_err(write)?;
-            write_file(&path, &text).map_err(write)?;
+            if !self.dry_run {
+                write_file(&path, &text).map_err(write)?;
+            }
             written.push(path);
         }
-        output.result(&written, || {
+        output.result(&json!({ "files": written, "written": !self.dry_run }), || {
             written.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join("\n")
         });
         Ok(())
@@ -127,39 +125,6 @@ impl Man {
 /// A command and all commands within it.
 fn pages(command: &clap::Command) -> Vec<&clap::Command> {
     std::iter::once(command).chain(command.get_subcommands().flat_map(pages)).collect()
-}
-
-impl Doctor {
-    pub(super) fn run(self, output: Output) -> Result<(), Report> {
-        let ports: Vec<Value> = devices().iter().map(super::devices::as_json).collect();
-        let ready = ports.iter().filter(|port| port["ready"] == true);
-        let controllers: Vec<Value> = ready.filter_map(|port| controller(port["port"].as_str()?)).collect();
-        let told = json!({
-            "vitrine": env!("CARGO_PKG_VERSION"),
-            "protocol": vitrine_protocol::VERSION,
-            "fingerprint": format!("{:08x}", vitrine_protocol::FINGERPRINT),
-            "system": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-            "processors": std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-            "ports": ports,
-            "controllers": controllers,
-        });
-        // One form serves both: it is to be sent to somebody who helps.
-        let text = serde_json::to_string_pretty(&told).unwrap_or_default();
-        output.result(&told, || text);
-        Ok(())
-    }
-}
-
-/// Status and last events of the controller at `port`; none if it does not answer.
-fn controller(port: &str) -> Option<Value> {
-    const LAST_EVENTS: u32 = 20;
-    let mut client = Client::open(&port.parse().ok()?).ok()?;
-    let status = client.status().ok()?;
-    let events = client.log(status.log_next.saturating_sub(LAST_EVENTS)).ok()?;
-    Some(json!({
-        "status": super::status::as_json(client.address(), client.hello(), &status, None),
-        "last_events": events.iter().map(|entry| words::event(entry.event)).collect::<Vec<_>>(),
-    }))
 }
 
 #[cfg(test)]

@@ -115,6 +115,7 @@ impl TurnCommand {
             "from_deg": self.from,
             "to_deg": self.to,
             "gain": gain,
+            "written": !self.dry_run,
         });
         output.result(&result, || {
             format!("{}  {} frames, {} a second", self.output.display(), wanted.frames.len(), self.fps)

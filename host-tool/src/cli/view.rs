@@ -59,6 +59,9 @@ pub(super) struct View {
     /// Write light as sRGB code values.
     #[arg(long)]
     encode: bool,
+    /// Look, and write nothing.
+    #[arg(long)]
+    dry_run: bool,
     /// The PNG file to write.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -101,8 +104,10 @@ impl View {
         let request = self.request(&build)?;
         let seen = look(exhibit, &films.volume, &request);
         let png = look_png(&seen, exhibit.design.tone, self.encode).map_err(ViewFailure::Encode)?;
-        write_file(&self.output, &png)
-            .map_err(|source| ViewFailure::Write { path: self.output.clone(), source })?;
+        if !self.dry_run {
+            write_file(&self.output, &png)
+                .map_err(|source| ViewFailure::Write { path: self.output.clone(), source })?;
+        }
         let light = exhibit.design.tone == ToneSetting::Linear && !self.encode;
         let result = serde_json::json!({
             "picture": self.output,
@@ -114,6 +119,7 @@ impl View {
             "weight_sum": seen.weight_sum,
             "values": if light { "light" } else { "sRGB" },
             "changed_films": films.changed,
+            "written": !self.dry_run,
         });
         output.result(&result, || format!("{}  gain {:.4}", self.output.display(), seen.gain));
         Ok(())

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::exhibit::Exhibit;
 use crate::optics::LampPair;
+use crate::year::Year;
 
 const MINUTES_A_DAY: usize = 24 * 60;
 
@@ -51,6 +52,30 @@ impl Exhibit {
         let wanted_h = lit * hours;
         let held_h = limits.daily_dose_j_m2 / irradiance.max(f64::MIN_POSITIVE) / 3600.0;
         Hold { wanted_h, held_h: held_h.min(wanted_h) }
+    }
+
+    /// How long the dose of the stack's life lasts, as a sentence, `year` being one of this exhibit.
+    ///
+    /// The hours with somebody there decide it: unless they are known, somebody is taken to be there all the time.
+    pub fn life_in_words(&self, year: &Year) -> String {
+        let life_j_m2 = self.limits.life_dose_j_m2;
+        let life = format!("the stack's {:.1} MJ/m2", life_j_m2 / 1e6);
+        let Some(years) = year.life_years else { return format!("{life} are never used up") };
+        let hint = "`expected_h_a_day` in [presence] tells a likelier life";
+        match self.presence.expected_h_a_day.filter(|hours| *hours > 0.0) {
+            Some(hours) => {
+                let likely_j_m2 = (self.expected_dose_j_m2() * year.open_days as f64).min(year.dose_j_m2);
+                let likely = life_j_m2 / likely_j_m2;
+                format!(
+                    "with somebody there for {hours} h of each open day {life} last {likely:.1} years; with somebody \
+                     there all the time, {years:.1}"
+                )
+            }
+            None if self.schedule.is_empty() => format!(
+                "with somebody there day and night {life} last {years:.1} years: opening hours in [[schedule]] and {hint}"
+            ),
+            None => format!("with somebody there in all of these hours {life} last {years:.1} years: {hint}"),
+        }
     }
 
     /// Hours at full level of the weekday that is open longest, whatever the season.

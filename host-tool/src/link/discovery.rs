@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use serialport::{SerialPortType, available_ports};
+use serialport::{SerialPortInfo, SerialPortType, available_ports};
 use vitrine_protocol::{Hello, USB_IDS, USB_PRODUCT};
 
 use super::{Address, Client, LinkError};
@@ -85,7 +85,11 @@ fn the_only_one(devices: Vec<Device>) -> Result<Address, LinkError> {
 }
 
 fn serial_devices() -> Vec<Device> {
-    let ports = available_ports().unwrap_or_default();
+    behind(available_ports().unwrap_or_default())
+}
+
+/// Greets what may be a controller; other ports are not opened.
+pub(super) fn behind(ports: Vec<SerialPortInfo>) -> Vec<Device> {
     ports
         .into_iter()
         .filter_map(|port| {

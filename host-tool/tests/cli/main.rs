@@ -1,5 +1,6 @@
 //! The `vitrine` command as a user runs it.
 
+mod answers;
 mod book;
 mod demo;
 mod design;

@@ -5,6 +5,8 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
+use super::answers;
+
 /// A temporary folder with the bundled photographs.
 pub(crate) struct Workshop {
     folder: tempfile::TempDir,
@@ -69,8 +71,13 @@ impl Workshop {
         command
     }
 
+    /// Runs the command; what it answers in JSON has to be as its schema says.
     pub(crate) fn run(&self, arguments: &[&str]) -> Finished {
-        Finished::from(self.command(arguments).output().unwrap())
+        let finished = Finished::from(self.command(arguments).output().unwrap());
+        if answers::are_wanted(arguments) {
+            answers::check(arguments, &finished);
+        }
+        finished
     }
 
     /// Runs the command, which must succeed, and gives its standard output.

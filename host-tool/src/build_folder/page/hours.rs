@@ -48,17 +48,12 @@ fn named_year(plan: &Plan) -> Option<u16> {
 
 fn budget_in_words(exhibit: &Exhibit, year: &Year) -> String {
     let limits = &exhibit.limits;
-    let life = match year.life_years {
-        Some(years) => {
-            format!("at that rate the stack's {:.1} MJ/m2 last {years:.1} years", limits.life_dose_j_m2 / 1e6)
-        }
-        None => "the stack's life is never used up".to_owned(),
-    };
     format!(
-        "With somebody there all the time a lamp at full level uses up the day's {:.1} kJ/m2 in {:.0} minutes, and the idle \
-         glow is left for the rest of it; {life}.",
+        "A lamp at full level uses up the day's {:.1} kJ/m2 in {:.0} minutes, and the idle glow is left for the rest of \
+         it; {}.",
         limits.daily_dose_j_m2 / 1000.0,
-        60.0 * year.full_level_h_a_day
+        60.0 * year.full_level_h_a_day,
+        exhibit.life_in_words(year)
     )
 }
 
