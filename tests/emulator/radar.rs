@@ -34,7 +34,7 @@ fn walker() -> room::Room {
         Waypoint(6.0, 30.0, 1.5),
         Waypoint(12.0, 25.0, 1.5),
     ];
-    room.bodies.push(Body { kind: Kind::Person, height_m: 1.7, sway: 1.0, path });
+    room.bodies.push(Body { path, ..Body::standing(0.0, 1.0) });
     room
 }
 

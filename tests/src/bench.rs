@@ -12,7 +12,7 @@ use vitrine_exhibit::plan::{
 use vitrine_exhibit::units::{
     CentiCelsius, CentiDegrees, Irradiance, Level, Milliseconds, Millivolts, PerLamp, UtcSeconds,
 };
-use vitrine_exhibit::viewer::{RadarFrame, ThermalFrame};
+use vitrine_exhibit::viewer::{COLUMNS, RadarFrame, ThermalFrame};
 use vitrine_exhibit::{Snapshot, State, step};
 
 use crate::room::{Room, Side};
@@ -35,6 +35,8 @@ pub enum EyeHealth {
     Frozen,
     /// It sends temperatures that no room has.
     Garbage,
+    /// Some of its pixels, at the height of heads, read 1 °C more in every other picture.
+    Flickers,
 }
 
 /// The controller and its surroundings.
@@ -179,6 +181,7 @@ impl Bench {
                 EyeHealth::Garbage => {
                     Some(ThermalFrame { pixels: fresh.pixels.map(|pixel| 2_000 + pixel), ..fresh })
                 }
+                EyeHealth::Flickers => Some(flickering(fresh, self.steps / PICTURE_STEPS)),
             };
             self.frozen[index] = frames[index].or(self.frozen[index]);
         }
@@ -250,6 +253,16 @@ impl Bench {
             None => Ok(()),
         }
     }
+}
+
+/// A frame whose pixels in two rows of three columns read a degree more in every other picture.
+fn flickering(mut frame: ThermalFrame, picture: u64) -> ThermalFrame {
+    for row in [2, 3] {
+        for pixel in frame.pixels.iter_mut().skip(row * COLUMNS + 3).take(3) {
+            *pixel += 4 * (picture % 2) as i16;
+        }
+    }
+    frame
 }
 
 impl Default for Bench {

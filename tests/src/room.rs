@@ -1,10 +1,12 @@
 //! A room with people in it, as two Grid-EYE thermal sensors see it.
 //!
 //! Bodies are upright warm rectangles that face the sensors; each pixel gives the mean temperature over its square of
-//! 7.5 by 7.5 degrees, with 0.16 °C of noise, in steps of 0.25 °C. The room is at 22 °C. Lengths are in metres; the
-//! stack's middle and both sensors are 1.3 m above the floor.
+//! 7.5 by 7.5 degrees, with 0.16 °C of noise, in steps of 0.25 °C. The room is at 22 °C, unless [`Climate`] says
+//! otherwise. Lengths are in metres; the stack's middle and both sensors are 1.3 m above the floor.
 
 mod body;
+
+use serde::Deserialize;
 
 pub use self::body::{Body, Kind, Waypoint};
 use vitrine_exhibit::viewer::{COLUMNS, PIXELS, REPORT_BYTES, ROWS, RadarFrame, RadarTarget, ThermalFrame};
@@ -45,18 +47,38 @@ pub struct WarmArea {
     pub distance_m: f64,
 }
 
+/// What a room and the sensors in it are like.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Climate {
+    /// Standard deviation of a pixel's noise in °C.
+    pub noise_c: f64,
+    /// How much warmer the room gets in a minute, in °C.
+    pub warms_c_per_min: f64,
+    /// How far each sensor stands beside the stack's middle, in mm.
+    pub beside_mm: i16,
+}
+
+impl Default for Climate {
+    fn default() -> Self {
+        Self { noise_c: NOISE_C, warms_c_per_min: 0.0, beside_mm: ThermalFrame::RIGHT_MM }
+    }
+}
+
 /// The room.
 #[derive(Clone, Debug)]
 pub struct Room {
     /// Everything warm in it.
     pub bodies: Vec<Body>,
+    /// What it is like.
+    pub climate: Climate,
     noise: Noise,
 }
 
 impl Room {
     /// An empty room; the same seed gives the same noise.
     pub fn new(seed: u64) -> Self {
-        Self { bodies: Vec::new(), noise: Noise(seed | 1) }
+        Self { bodies: Vec::new(), climate: Climate::default(), noise: Noise(seed | 1) }
     }
 
     /// What a sensor sees at a time in seconds.
@@ -65,7 +87,8 @@ impl Room {
             Side::Left => (ThermalFrame::left, -1.0),
             Side::Right => (ThermalFrame::right, 1.0),
         };
-        let at_m = sign * f64::from(ThermalFrame::RIGHT_MM) / 1_000.0;
+        let at_m = sign * f64::from(self.climate.beside_mm) / 1_000.0;
+        let room_c = ROOM_C + self.climate.warms_c_per_min * time_s / 60.0;
         let yaw = sign * f64::from(ThermalFrame::YAW.0) / 100.0;
         let mut areas: Vec<WarmArea> =
             self.bodies.iter().flat_map(|body| body.seen_from(at_m, time_s)).collect();
@@ -75,13 +98,14 @@ impl Room {
             let (row, column) = (index / COLUMNS, index % COLUMNS);
             let left = yaw + (column as f64 - COLUMNS as f64 / 2.0) * PIXEL_DEG;
             let bottom = (ROWS as f64 / 2.0 - 1.0 - row as f64) * PIXEL_DEG;
-            let celsius = areas.iter().fold(ROOM_C, |behind, area| {
+            let celsius = areas.iter().fold(room_c, |behind, area| {
                 let part = overlap(area.azimuth, left) * overlap(area.elevation, bottom);
-                behind * (1.0 - part) + (ROOM_C + area.above_c) * part
+                behind * (1.0 - part) + (room_c + area.above_c) * part
             });
-            *pixel = ((celsius + NOISE_C * self.noise.next()) * 4.0).round() as i16;
+            *pixel = ((celsius + self.climate.noise_c * self.noise.next()) * 4.0).round() as i16;
         }
-        make(pixels)
+        let frame = make(pixels);
+        ThermalFrame { right_mm: frame.right_mm.signum() * self.climate.beside_mm, ..frame }
     }
 
     /// What an LD2450 radar above the stack reports at a time in seconds: the three nearest of those who move, within

@@ -13,13 +13,16 @@
 //! dark = "InterlockOpen"
 //! ```
 //!
-//! `[plan]` and `[ledger]` change what the exhibit starts with, `[[body]]` puts people and warm things into the room.
+//! `[plan]` and `[ledger]` change what the exhibit starts with, `[room]` what the room is like, `[[body]]` puts people and
+//! warm things into it.
 
 mod change;
 mod plan;
 mod see;
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use serde::Deserialize;
 use vitrine_exhibit::State;
@@ -31,7 +34,7 @@ pub use self::change::Change;
 pub use self::plan::PlanChanges;
 pub use self::see::See;
 use crate::bench::Bench;
-use crate::room::Body;
+use crate::room::{Body, Climate};
 
 /// One scenario file.
 #[derive(Debug, Deserialize)]
@@ -49,6 +52,9 @@ pub struct Scenario {
     /// What is in flash at the start.
     #[serde(default)]
     ledger: LedgerStart,
+    /// What the room and its sensors are like.
+    #[serde(default)]
+    room: Climate,
     /// Everything warm in the room.
     #[serde(default)]
     body: Vec<Body>,
@@ -96,6 +102,32 @@ pub fn run_file(path: &Path) -> Result<(), String> {
     scenario.run()
 }
 
+/// Runs all scenarios on all processors, and gives the names of those that fail or panic.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn failing() -> std::io::Result<Vec<String>> {
+    let files = files()?;
+    let next = AtomicUsize::new(0);
+    let failed = Mutex::new(Vec::new());
+    let work = || {
+        while let Some(path) = files.get(next.fetch_add(1, Ordering::Relaxed)) {
+            if !matches!(std::panic::catch_unwind(|| run_file(path)), Ok(Ok(()))) {
+                let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                failed.lock().unwrap_or_else(PoisonError::into_inner).push(name);
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(work);
+        }
+    });
+    let mut failed = failed.into_inner().unwrap_or_else(PoisonError::into_inner);
+    failed.sort();
+    Ok(failed)
+}
+
 impl Scenario {
     /// Reads a scenario by its name.
     ///
@@ -141,6 +173,7 @@ impl Scenario {
             (Err(error), Some(wanted)) if format!("{error:?}") == *wanted => None,
             (Err(error), _) => return Err(error.to_string()),
         };
+        bench.room.climate = self.room;
         bench.room.bodies.clone_from(&self.body);
         let mut record = LedgerRecord { quick_resets: self.ledger.quick_resets, ..LedgerRecord::default() };
         if self.ledger.today {

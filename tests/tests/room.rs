@@ -1,7 +1,7 @@
 //! How well viewers are found in the simulated room: bearing, delay, and how long a wrong view may be held.
 
 use vitrine_tests::bench::Bench;
-use vitrine_tests::room::{Body, Kind, Waypoint};
+use vitrine_tests::room::{Body, Waypoint};
 
 fn run_until(bench: &mut Bench, time_s: f64) {
     while bench.time_s() < time_s {
@@ -11,14 +11,14 @@ fn run_until(bench: &mut Bench, time_s: f64) {
 
 fn walker(path: &[(f64, f64, f64)]) -> Body {
     let path = path.iter().map(|(time, angle, distance)| Waypoint(*time, *angle, *distance)).collect();
-    Body { kind: Kind::Person, height_m: 1.7, sway: 1.0, path }
+    Body { path, ..Body::standing(0.0, 1.0) }
 }
 
 /// The mean error of the horizontal bearing over three seconds, and that of the vertical, in degrees.
 fn bearing_errors(angle: f64, distance: f64, height_m: f64) -> (f64, f64) {
     let mut bench = Bench::new();
     let path = vec![Waypoint(5.0, angle, distance), Waypoint(100.0, angle, distance)];
-    bench.room.bodies = vec![Body { kind: Kind::Person, height_m, sway: 1.0, path }];
+    bench.room.bodies = vec![Body { height_m, path, ..Body::standing(angle, distance) }];
     run_until(&mut bench, 8.0);
     let (mut horizontal, mut vertical) = (0.0, 0.0);
     for _ in 0..300 {

@@ -147,13 +147,15 @@ impl DoseLedger {
         }
     }
 
-    /// Tells whether enough is reserved in flash to light the lamps until the next steps.
+    /// Tells whether enough is reserved in flash to light the lamps until the next steps. What was reserved for the stack
+    /// before covers nothing of a new one.
     pub fn covers(&self, irradiance: PerLamp<Irradiance>) -> bool {
         let covered = |stored: &LampAccount, spent: &LampAccount, irradiance: Irradiance| {
             irradiance.0 == 0 || stored.life >= spent.life.plus(irradiance.over(LEAST_RESERVED))
         };
         let (stored, spent) = (&self.stored.lamps, &self.spent.lamps);
         self.stored.sequence > 0
+            && self.stored.stacks == self.spent.stacks
             && covered(&stored.top, &spent.top, irradiance.top)
             && covered(&stored.bottom, &spent.bottom, irradiance.bottom)
     }

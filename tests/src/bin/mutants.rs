@@ -1,13 +1,16 @@
 //! Deletes each safety rule and default in turn and shows the scenario that catches it.
 //!
 //! `cargo run -p vitrine-tests --bin mutants [-- WORD]` patches a copy of the workspace under `target/mutants`, one
-//! rule of `tests/mutants.toml` at a time (those whose rule contains WORD), and runs all scenarios against it. It
-//! fails where a rule can go without a scenario that fails.
+//! rule of `tests/mutants.toml` at a time (those whose rule or scenario contains WORD), and runs all scenarios against
+//! it. It fails where a rule can go without a scenario that fails.
+//!
+//! The copy is built without the tests' own dependencies: this program itself runs its scenarios (`--scenarios`).
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use serde::Deserialize;
+use vitrine_tests::scenario;
 
 /// All mutants.
 #[derive(Deserialize)]
@@ -33,8 +36,17 @@ struct Mutant {
 
 type Failure = Box<dyn std::error::Error>;
 
+/// Runs all scenarios, prints the names of those that fail, and then [`END`].
+const SCENARIOS: &str = "--scenarios";
+/// Without this last line the scenarios did not come to their end.
+const END: &str = "all scenarios have run";
+
 fn main() -> ExitCode {
-    match run(std::env::args().nth(1).unwrap_or_default().as_str()) {
+    let outcome = match std::env::args().nth(1).as_deref() {
+        Some(SCENARIOS) => run_scenarios(),
+        word => run(word.unwrap_or_default()),
+    };
+    match outcome {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
@@ -51,7 +63,11 @@ fn run(word: &str) -> Result<bool, Failure> {
     let mutants: Mutants = toml::from_str(&text)?;
     let mut all_caught = true;
     let mut count = 0;
-    for mutant in mutants.mutant.iter().filter(|mutant| mutant.rule.contains(word)) {
+    let none = build_and_run(&copy)?;
+    if !none.is_empty() {
+        return Err(format!("scenarios fail without any change: {none:?}").into());
+    }
+    for mutant in mutants.mutant.iter().filter(|mutant| mutant.is_about(word)) {
         let failed = mutant.try_in(&copy).map_err(|error| format!("{}: {error}", mutant.rule))?;
         let caught = failed.contains(&mutant.scenario);
         let verdict = if caught { "caught by" } else { "NOT CAUGHT by" };
@@ -83,6 +99,10 @@ fn copy_workspace(root: &Path) -> Result<PathBuf, Failure> {
 }
 
 impl Mutant {
+    fn is_about(&self, word: &str) -> bool {
+        self.rule.contains(word) || self.scenario.contains(word)
+    }
+
     /// Gives the names of the scenarios that fail without this rule.
     fn try_in(&self, copy: &Path) -> Result<Vec<String>, Failure> {
         let path = copy.join("firmware/exhibit/src").join(&self.file);
@@ -91,19 +111,30 @@ impl Mutant {
             return Err(format!("{:?} does not stand exactly once in {}", self.find, self.file).into());
         }
         std::fs::write(&path, original.replace(&self.find, &self.replace))?;
-        let output = Command::new(std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()))
-            .args(["test", "-p", "vitrine-tests", "--test", "scenarios"])
-            .env("CARGO_TARGET_DIR", copy.join("../target"))
-            .env("RUSTFLAGS", "--cap-lints allow")
-            .current_dir(copy)
-            .output();
+        let failed = build_and_run(copy);
         std::fs::write(&path, original)?;
-        let output = output?;
-        let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
-        if !stdout.contains("test result:") {
-            return Err(String::from_utf8_lossy(&output.stderr).into_owned().into());
-        }
-        let failed = stdout.lines().filter_map(|line| line.strip_prefix("test ")?.strip_suffix("FAILED"));
-        Ok(failed.map(|line| line.trim_end_matches([' ', '.']).to_owned()).collect())
+        failed
     }
+}
+
+/// Builds this program from the copy, and gives the names of the scenarios that fail in it.
+fn build_and_run(copy: &Path) -> Result<Vec<String>, Failure> {
+    let output = Command::new(std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()))
+        .args(["run", "--quiet", "-p", "vitrine-tests", "--bin", "mutants", "--", SCENARIOS])
+        .env("CARGO_TARGET_DIR", copy.join("../target"))
+        .env("CARGO_PROFILE_DEV_DEBUG", "none")
+        .env("RUSTFLAGS", "--cap-lints allow")
+        .current_dir(copy)
+        .output()?;
+    let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+    let names = stdout.trim_end().strip_suffix(END);
+    let names = names.ok_or_else(|| String::from_utf8_lossy(&output.stderr).into_owned())?;
+    Ok(names.lines().map(str::to_owned).collect())
+}
+
+fn run_scenarios() -> Result<bool, Failure> {
+    let failed = scenario::failing()?;
+    failed.iter().for_each(|name| println!("{name}"));
+    println!("{END}");
+    Ok(failed.is_empty())
 }

@@ -36,6 +36,9 @@ pub struct Body {
     /// How much of a person's usual swaying there is; 0 is dead still.
     #[serde(default = "usual")]
     pub sway: f64,
+    /// How much of its usual warmth it shows.
+    #[serde(default = "usual")]
+    pub warmth: f64,
     /// Its way; between two waypoints it walks straight, before the first and after the last it is not there.
     pub path: Vec<Waypoint>,
 }
@@ -55,7 +58,7 @@ impl Body {
     /// A person who stands at an angle and distance from the start on.
     pub fn standing(horizontal_deg: f64, distance_m: f64) -> Self {
         let at = |time| Waypoint(time, horizontal_deg, distance_m);
-        Self { kind: Kind::Person, height_m: default_height(), sway: usual(), path: vec![at(0.0), at(1e9)] }
+        Self { kind: Kind::Person, height_m: default_height(), sway: usual(), warmth: usual(), path: vec![at(0.0), at(1e9)] }
     }
 
     /// Where the body is: to the right of the stack and before it, in m.
@@ -103,7 +106,7 @@ impl Body {
             WarmArea {
                 azimuth: [azimuth - half, azimuth + half],
                 elevation: [elevation(from), elevation(to)],
-                above_c,
+                above_c: above_c * self.warmth,
                 distance_m,
             }
         };

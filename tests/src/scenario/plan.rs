@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 use vitrine_exhibit::plan::calendar::{ClosedDays, Date, MinuteOfDay, ScheduleRule, TimeZone, Weekdays};
-use vitrine_exhibit::plan::{BelowFloor, Between, Paging, Plan, Policy, ViewerSensor};
+use vitrine_exhibit::plan::{BelowFloor, Between, CurvePoint, Paging, Plan, Policy, ViewerSensor};
 use vitrine_exhibit::units::{CentiDegrees, Dose, Irradiance, Milliseconds, PerLamp};
 
 use crate::bench::{level, view};
@@ -33,7 +33,10 @@ pub struct PlanChanges {
     daily_dose_j_m2: Option<f64>,
     life_dose_j_m2: Option<f64>,
     continuous_s: Option<f64>,
+    rest_s: Option<f64>,
     dither: bool,
+    /// Both lamps' calibration: level and duty, from 0 to 1.
+    curve: Vec<(f64, f64)>,
     zone: Option<String>,
     /// Days (Monday first, such as "1111100"), from and to in minutes of the day, level, first and last date.
     rules: Vec<Rule>,
@@ -126,6 +129,8 @@ impl PlanChanges {
     fn apply_limits(&self, plan: &mut Plan) {
         for lamp in [&mut plan.lamps.top, &mut plan.lamps.bottom] {
             set(&mut lamp.full_level, self.full_level_w_m2.map(irradiance));
+            let point = |&(at, duty): &(f64, f64)| CurvePoint { level: level(at), duty: level(duty).0 };
+            lamp.curve = self.curve.iter().map(point).collect();
             if self.dither {
                 lamp.below_floor = BelowFloor::Dither;
             }
@@ -134,6 +139,7 @@ impl PlanChanges {
         set(&mut plan.limits.daily_dose, self.daily_dose_j_m2.map(dose));
         set(&mut plan.limits.life_dose, self.life_dose_j_m2.map(dose));
         set(&mut plan.limits.continuous, self.continuous_s.map(milliseconds));
+        set(&mut plan.limits.rest, self.rest_s.map(milliseconds));
     }
 }
 

@@ -11,10 +11,12 @@ pub(super) const SEED_FRAMES: u16 = 32;
 pub(super) const STALE: Milliseconds = Milliseconds(1_000);
 /// Frames without the change of a single pixel that make a frozen sensor: its noise alone changes some in each.
 const FROZEN_FRAMES: u16 = 20;
-/// Foreground stands at least this far above the background: 0.8 degrees.
-const LEAST_THRESHOLD: i32 = 6;
-/// A background follows the mean within about this many frames, as a power of two: 102 s at 10 frames a second.
-const SLOW: u32 = 10;
+/// Foreground stands at least this far above the background, with `FRACTION` fractional bits: 0.8 degrees.
+const LEAST_THRESHOLD: i32 = (8 << FRACTION) * 8 / 10;
+/// The part of each frame in the background's mean, over 65,536: the mean follows within 120 s at 10 frames a second.
+const SLOW: i32 = 65_536 / 1_200;
+/// The background's noise is learnt within this many frames, as a power of two: 26 s.
+const NOISE_SLOW: u32 = 8;
 /// A pixel that stays foreground for this many frames is background after all: 15 minutes.
 const FORCED_FRAMES: u16 = 9_000;
 /// A pixel that is this many frames colder than its background never had a background there.
@@ -133,35 +135,34 @@ impl Pixel {
     /// Foreground stands this far above the mean: 0.8 degrees or four standard deviations, of which the mean
     /// distance is 0.8.
     fn threshold(&self) -> i32 {
-        ((i32::from(self.noise) * 5) >> FRACTION).max(LEAST_THRESHOLD)
+        (i32::from(self.noise) * 5).max(LEAST_THRESHOLD)
     }
 
     /// Gives how far a value stands above the background, or zero; the background learns from what is no foreground.
     fn rise(&mut self, sum: i32) -> u16 {
         let value = sum << FRACTION;
         let difference = value - self.mean;
-        let above = difference >> FRACTION;
         let threshold = self.threshold();
-        if above >= threshold {
+        if difference >= threshold {
             self.warm_frames = self.warm_frames.saturating_add(1);
             self.cold_frames = 0;
             if self.warm_frames < FORCED_FRAMES {
-                return above as u16;
+                return (difference >> FRACTION) as u16;
             }
             self.mean = value;
             self.warm_frames = 0;
             return 0;
         }
         self.warm_frames = 0;
-        self.cold_frames = if above <= -threshold { self.cold_frames.saturating_add(1) } else { 0 };
+        self.cold_frames = if difference <= -threshold { self.cold_frames.saturating_add(1) } else { 0 };
         if self.cold_frames >= COLD_FRAMES {
             // Whoever stood here while the background was seeded has gone.
             self.mean = value;
             self.cold_frames = 0;
             return 0;
         }
-        self.mean += difference >> SLOW;
-        self.learn_noise(difference.abs(), SLOW - 2);
+        self.mean += (difference * SLOW) >> 16;
+        self.learn_noise(difference.abs(), NOISE_SLOW);
         0
     }
 
