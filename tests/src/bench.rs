@@ -1,6 +1,8 @@
 //! A controller with everything around it: contacts, sensors, supply, clock and flash, all in order until told
 //! otherwise. It watches over what must hold in every step of whatever happens.
 
+use std::collections::BTreeMap;
+
 use vitrine_exhibit::events::Event;
 use vitrine_exhibit::governor::LampCommand;
 use vitrine_exhibit::inputs::{Contact, Inputs, InterlockLoops, Request, TemperatureReading};
@@ -82,7 +84,8 @@ pub struct Bench {
     pub command: LampCommand,
     steps: u64,
     frozen: [Option<ThermalFrame>; 2],
-    given_uj: PerLamp<u64>,
+    /// What was given to each stack, by how many had been declared.
+    given_uj: BTreeMap<u16, PerLamp<u64>>,
 }
 
 impl Bench {
@@ -111,7 +114,7 @@ impl Bench {
             command: LampCommand::DARK,
             steps: 0,
             frozen: [None, None],
-            given_uj: PerLamp::new(0, 0),
+            given_uj: BTreeMap::new(),
         }
     }
 
@@ -244,14 +247,21 @@ impl Bench {
                 return Err(format!("{time_s:.2} s: level {} falls to {} too fast", before.0, now.0));
             }
         }
-        self.given_uj.top += u64::from(irradiance.top.0) * u64::from(TICK.0);
-        self.given_uj.bottom += u64::from(irradiance.bottom.0) * u64::from(TICK.0);
-        let booked = self.flash.lamps;
-        let lamps = [(booked.top.life.0, self.given_uj.top), (booked.bottom.life.0, self.given_uj.bottom)];
-        match lamps.into_iter().find(|(booked, given)| self.flash.stacks == 0 && booked < given) {
-            Some((booked, given)) => Err(format!("{time_s:.2} s: {given} uJ/m2 given, {booked} in flash")),
-            None => Ok(()),
+        self.count_dose(irradiance)
+    }
+
+    /// Holds the record in flash against what the stack that it is about has really been given.
+    fn count_dose(&mut self, irradiance: PerLamp<Irradiance>) -> Result<(), String> {
+        let stack = self.state.ledger().spent().stacks;
+        let given = self.given_uj.entry(stack).or_default();
+        given.top += u64::from(irradiance.top.0) * u64::from(TICK.0);
+        given.bottom += u64::from(irradiance.bottom.0) * u64::from(TICK.0);
+        let given = self.given_uj.get(&self.flash.stacks).copied().unwrap_or_default();
+        let booked = self.flash.lamps.map(|account| account.life.0);
+        if booked.top < given.top || booked.bottom < given.bottom {
+            return Err(format!("{:.2} s: {given:?} uJ/m2 given, {booked:?} in flash", self.time_s()));
         }
+        Ok(())
     }
 }
 

@@ -58,7 +58,13 @@ impl Body {
     /// A person who stands at an angle and distance from the start on.
     pub fn standing(horizontal_deg: f64, distance_m: f64) -> Self {
         let at = |time| Waypoint(time, horizontal_deg, distance_m);
-        Self { kind: Kind::Person, height_m: default_height(), sway: usual(), warmth: usual(), path: vec![at(0.0), at(1e9)] }
+        Self {
+            kind: Kind::Person,
+            height_m: default_height(),
+            sway: usual(),
+            warmth: usual(),
+            path: vec![at(0.0), at(1e9)],
+        }
     }
 
     /// Where the body is: to the right of the stack and before it, in m.

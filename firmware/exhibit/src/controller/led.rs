@@ -41,11 +41,9 @@ impl Snapshot {
         }
     }
 
-    /// Lit, and yet something for a technician: ceilings and fades are the plan's own.
+    /// Lit, and yet something for a technician. A fade is none, nor is a level that the driver cannot give.
     fn wants_attention(&self) -> bool {
-        let told = |cuts: Cuts| {
-            [Cut::Warm, Cut::DayDose, Cut::LifeDose, Cut::Resting].into_iter().any(|cut| cuts.contains(cut))
-        };
+        let told = |cuts: Cuts| cuts.iter().any(|cut| !matches!(cut, Cut::Slew | Cut::BelowFloor));
         told(self.cuts.top) || told(self.cuts.bottom) || self.ultraviolet_lost || self.viewer_sensor_lost
     }
 }
@@ -73,8 +71,8 @@ mod tests {
         for cut in Cuts::ALL {
             let mut dimmed = lit;
             dimmed.cuts.bottom.insert(cut);
-            let own = matches!(cut, Cut::Slew | Cut::BelowFloor | Cut::FirmwareCeiling | Cut::PlanCeiling);
-            assert_eq!(pattern(&dimmed), if own { (20, 0) } else { (19, 1) }, "{cut:?}");
+            let usual = matches!(cut, Cut::Slew | Cut::BelowFloor);
+            assert_eq!(pattern(&dimmed), if usual { (20, 0) } else { (19, 1) }, "{cut:?}");
         }
         assert_eq!(pattern(&Snapshot { ultraviolet_lost: true, ..lit }), (19, 1));
         assert_eq!(pattern(&Snapshot { viewer_sensor_lost: true, ..lit }), (19, 1));
