@@ -188,6 +188,14 @@ impl Bench {
             .collect()
     }
 
+    /// Sums what these pins do from now on, instead of keeping their edges: how often each rose since the last call, and how
+    /// long it was high in ns.
+    pub(crate) fn sums<const PINS: usize>(&mut self, gps: [u8; PINS]) -> [(u64, f64); PINS] {
+        let answer = self.call(json!({"op": "sums", "gps": gps.as_slice()}));
+        let sums: Vec<(u64, f64)> = serde_json::from_value(answer["sums"].clone()).expect("sums");
+        sums.try_into().expect("one for each pin")
+    }
+
     /// Writes a word into the image's memory; bench.mjs finds the symbol.
     pub(crate) fn poke(&mut self, symbol: &str, value: u32) {
         self.call(json!({"op": "poke", "symbol": symbol, "value": value}));

@@ -1,7 +1,9 @@
 // The board: an emulated RP2040 with the image in its flash, and what is wired to it. Power can go and come back.
 
+import { createHash } from 'node:crypto';
 import { ConsoleLogger, BasePeripheral, LogLevel, RP2040, GPIOPinState } from 'rp2040js';
 import { Clock } from './clock.mjs';
+import { Core, HELP, NOTHING } from './core.mjs';
 import { bootRom, FlashChip, PowerCut } from './flash.mjs';
 import { Devices } from './i2c.mjs';
 import { SerialPort } from './serial.mjs';
@@ -40,6 +42,26 @@ function answerUniqueId(serial) {
   };
 }
 
+const turn = () => new Promise((resolve) => setImmediate(resolve));
+
+class Sum {
+  constructor(now, isHigh) {
+    [this.rises, this.high, this.since] = [0, 0, isHigh ? now : null];
+  }
+
+  note(now, level) {
+    if (level === 1 && this.since === null) [this.since, this.rises] = [now, this.rises + 1];
+    if (level === 0 && this.since !== null) [this.high, this.since] = [this.high + now - this.since, null];
+  }
+
+  take(now) {
+    if (this.since !== null) [this.high, this.since] = [this.high + now - this.since, now];
+    const { rises, high } = this;
+    [this.rises, this.high] = [0, 0];
+    return { rises, high };
+  }
+}
+
 // Not in the emulator: its registers read zero, or a flash write would wait for ever.
 class XipControl extends BasePeripheral {
   readUint32() {
@@ -58,12 +80,17 @@ export class Board {
     this.written = bootloader ?? elf;
     this.symbols = elf.symbols();
     this.table = bootloader ? BOOT_LOADER : this.symbols.get('__vector_table');
-    this.flash = new FlashChip();
+    this.core = new Core();
+    // Without it, the emulator's interpreter does all.
+    this.isQuick = true;
+    this.flash = new FlashChip((offset) => this.core.changed(offset));
     this.devices = new Devices();
     this.usb = new UsbHost();
     this.inputs = new Map(INPUTS.map((gp) => [gp, true]));
     this.analog = [2048, 2048, 0, 0, 0];
     this.edges = [];
+    // Rises and nanoseconds high of the pins that are summed instead of kept edge by edge, and when each rose last.
+    this.sums = null;
     this.resets = [];
     this.serial = new SerialPort();
     this.radar = new SerialPort();
@@ -118,6 +145,7 @@ export class Board {
       this.paintStack(mcu);
     }
     this.mcu = mcu;
+    this.core.attach(mcu);
     this.attach(mcu);
     mcu.core.VTOR = this.table;
     mcu.core.SP = mcu.readUint32(this.table);
@@ -141,6 +169,13 @@ export class Board {
     mcu.sram.fill(STACK_PAINT, start - 0x20000000, end - 0x20000000);
   }
 
+  // One number for all that the program has in memory and the processor in its registers.
+  digest() {
+    const { sram, core } = this.mcu;
+    const flags = [core.N, core.Z, core.C, core.V, core.PM].map(Number);
+    return createHash('sha256').update(sram).update(this.flash.bytes).update(core.registers).update(Uint8Array.from(flags)).digest('hex');
+  }
+
   // The most bytes of stack used since the power came.
   stackPeak() {
     const [bottom, top] = [this.symbols.get('_stack_end') - 0x20000000, this.symbols.get('_stack_start') - 0x20000000];
@@ -157,7 +192,15 @@ export class Board {
   }
 
   note(gp, level) {
-    this.edges.push([this.now, gp, level]);
+    if (this.sums === null) this.edges.push([this.now, gp, level]);
+    else this.sums.get(gp)?.note(this.now, level);
+  }
+
+  // From now on, sums what these pins do; gives the sums since the last call.
+  sum(gps) {
+    const sums = gps.map((gp) => this.sums?.get(gp)?.take(this.now) ?? { rises: 0, high: 0 });
+    this.sums ??= new Map(gps.map((gp) => [gp, new Sum(this.now, this.isHigh(gp))]));
+    return sums;
   }
 
   isHigh(gp) {
@@ -191,6 +234,8 @@ export class Board {
   // Runs until a moment of the simulated time, or until `stop` holds. Says whether the power was cut on the way.
   async run(until, stop = null) {
     if (!this.mcu) return { cut: true };
+    // A host that has just come is let in.
+    if (this.usb.server) await turn();
     try {
       while (this.now < until && !stop?.()) {
         this.runStretch(Math.min(until, this.now + SERVE_NANOS), stop);
@@ -208,14 +253,23 @@ export class Board {
 
   // The innermost loop: nearly all of the bench's time is spent here.
   runStretch(until, stop) {
-    const { clock, steps } = this;
+    const { clock, steps, core: quick } = this;
     const { core } = this.mcu;
     const end = until - this.past;
     while (clock.nanos < end && !this.resetPending) {
       if (core.waiting) clock.tick(Math.min(Math.max(clock.nanosToNextAlarm, 1), end - clock.nanos));
       else {
-        if (steps.running) steps.now++;
-        clock.advance(core.executeInstruction() * NANOS_A_CYCLE);
+        // Nothing that comes from outside may fall within what is run at once.
+        const free = Math.ceil(Math.min(end - clock.nanos, clock.nanosToNextAlarm) / NANOS_A_CYCLE);
+        const ran = this.isQuick && !core.interruptsUpdated ? quick.run(free) : NOTHING;
+        if (ran !== NOTHING) {
+          if (steps.running) steps.now += quick.count;
+          clock.nanos += quick.cycles * NANOS_A_CYCLE;
+        }
+        if (ran === NOTHING || ran === HELP) {
+          if (steps.running) steps.now++;
+          clock.advance(core.executeInstruction() * NANOS_A_CYCLE);
+        }
       }
       if (stop !== null && stop()) return;
     }
@@ -226,7 +280,7 @@ export class Board {
     this.serial.pump();
     this.radar.pump();
     this.drainLog();
-    if (this.usb.server) await new Promise((resolve) => setImmediate(resolve));
+    if (this.usb.socket) await turn();
   }
 
   // Takes the defmt frames out of the RTT buffer, as a probe would.

@@ -38,7 +38,9 @@ export function bootRom() {
 }
 
 export class FlashChip {
-  constructor() {
+  // `changed` hears where every step begins.
+  constructor(changed) {
+    this.changed = changed;
     this.bytes = new Uint8Array(2 * 1024 * 1024).fill(0xff);
     this.steps = 0;
     this.cut = null;
@@ -83,6 +85,7 @@ export class FlashChip {
 
   step(start, length, value) {
     this.steps++;
+    this.changed(start);
     this.log.push({ start, length });
     const torn = this.cut !== null && this.steps === this.cut.step;
     const places = Array.from({ length }, (_, i) => start + i);

@@ -5,7 +5,6 @@
 use crate::bench::{Bench, LAMP_BOTTOM, LAMP_TOP, MILLISECOND, SECOND, number_of};
 use crate::exhibit::with_plan_on;
 use crate::hosts::Host;
-use crate::signals::{Edge, high_time};
 
 const STEP_PIN: u8 = 16;
 /// Both lamps' irradiance at full level in the bench's plan, in mW/m2.
@@ -30,19 +29,19 @@ fn hours_of_visitors_miss_no_step_lose_no_event_and_book_all_light() {
     };
     let began = std::time::Instant::now();
     let (mut bench, mut room) = with_plan_on(Bench::with_image("vitrine-pico-bench.elf"));
-    bench.edges();
+    let pins = [LAMP_TOP, LAMP_BOTTOM, STEP_PIN];
+    bench.sums(pins);
     let start = bench.now;
     let (mut steps, mut given_uj, mut visit) = (0, [0.0_f64; 2], 0);
-    let mut last: [Option<Edge>; 2] = [None; 2];
     while bench.now - start < seconds * SECOND {
         let (person_deg, stays_s) = visits(visit);
         room.person_deg = person_deg;
         for _ in 0..stays_s.min(seconds) {
             room.live(&mut bench, SECOND);
-            let edges = bench.edges();
-            steps += edges.iter().filter(|edge| edge.pin == STEP_PIN && edge.high).count() as u64;
-            for (lamp, pin) in [LAMP_TOP, LAMP_BOTTOM].into_iter().enumerate() {
-                given_uj[lamp] += high_time(&edges, pin, &mut last[lamp], bench.now) * 1e3 * FULL_MW_M2;
+            let [top, bottom, step] = bench.sums(pins);
+            steps += step.0;
+            for (given_uj, (_, high_ns)) in given_uj.iter_mut().zip([top, bottom]) {
+                *given_uj += high_ns / 1e6 * FULL_MW_M2;
             }
             bench.log();
         }

@@ -5,7 +5,7 @@ use vitrine_exhibit::events::{DarkReason, Event};
 use vitrine_exhibit::inputs;
 use vitrine_protocol::{Request, Response};
 
-use crate::bench::{Bench, INTERLOCK_A, INTERLOCK_B, LAMP_PINS, MICROSECOND, MILLISECOND, SECOND};
+use crate::bench::{Bench, INTERLOCK_A, INTERLOCK_B, LAMP_PINS, MICROSECOND, MILLISECOND, SECOND, number_of};
 use crate::exhibit::{neutral_on, with_plan};
 use crate::hosts::Host;
 
@@ -49,10 +49,11 @@ fn a_lit_lamp_is_dark_within_twenty_microseconds_at_any_moment() {
     let (mut bench, mut room) = with_plan();
     let address = bench.listen();
     let mut host = Host::greet(&mut bench, &address);
-    let moments = std::env::var("VITRINE_MOMENTS").map_or(MOMENTS, |text| text.parse().expect("a number"));
-    let mut random = 1_u64;
-    let (mut latencies, mut in_erases, mut unlit) = (Vec::new(), 0, 0);
-    for moment in 0..moments {
+    let (moments, from) = (number_of("VITRINE_MOMENTS", MOMENTS), number_of("VITRINE_MOMENTS_FROM", 0));
+    let began = std::time::Instant::now();
+    let mut random = from + 1;
+    let (mut latencies, mut in_erases) = (Vec::new(), Vec::new());
+    for moment in from..from + moments {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         // Somebody walks about, so that the lamps fade; sensors are read; every tenth moment a host asks.
         if moment % 5 == 0 {
@@ -66,27 +67,36 @@ fn a_lit_lamp_is_dark_within_twenty_microseconds_at_any_moment() {
         let steps = bench.flash_steps();
         let trip = bench.trip(gp, true, (random >> 20) % (25 * MILLISECOND), 50 * MILLISECOND);
         assert!(trip.dark, "moment {moment} at {} ns: GP{gp} did not make it dark", bench.now);
+        assert!(
+            trip.was_lit,
+            "moment {moment}: nothing was lit; {:?}",
+            host.status(&mut bench).snapshot.dark
+        );
         let latency = *trip.latencies.iter().max().expect("three pins");
-        if !trip.was_lit {
-            unlit += 1;
-        } else if latency > DARK_WITHIN && bench.flash_steps() > steps {
-            // The log is full of spikes by now, and a sector of it was being erased: the hardware path is the one that counts.
-            assert!(latency <= ERASE, "moment {moment}: {latency} ns");
-            in_erases += 1;
+        // The log is full of spikes by now, and a sector of it was being erased: the hardware path is the one that counts.
+        let in_erase = latency > DARK_WITHIN && bench.flash_steps() > steps;
+        if in_erase {
+            in_erases.push(latency);
         } else {
             latencies.push(latency);
         }
         // A spike shorter than a step: the governor hears of it from the guard, and the lamps fade in again.
         bench.pin(gp, false);
         bench.run(150 * MILLISECOND);
-        // A loop that bounces again and again is broken: a person looks, and re-arms.
-        if moment % 4 == 3 {
+        // A loop that bounces again and again is broken, and one that was open for as long as an erase is a door: a person
+        // looks, and re-arms.
+        if moment % 4 == 3 || in_erase {
             bench.run(400 * MILLISECOND);
             let rearmed = host.ask(&mut bench, &Request::Exhibit(inputs::Request::Rearm));
             assert_eq!(rearmed, Ok(Response::Done));
+            bench.run(100 * MILLISECOND);
         }
         bench.edges();
         while host.hear().is_some() {}
+        if (moment + 1 - from).is_multiple_of(500) {
+            let done = moment + 1 - from;
+            println!("{done} moments; {:.1} a second", done as f64 / began.elapsed().as_secs_f64());
+        }
     }
     latencies.sort_unstable();
     let worst = latencies.last().copied().unwrap_or(0);
@@ -94,11 +104,10 @@ fn a_lit_lamp_is_dark_within_twenty_microseconds_at_any_moment() {
         "interlock to dark over {moments} moments: median {} ns, worst {worst} ns",
         latencies[latencies.len() / 2]
     );
-    println!("and {in_erases} while a sector was erased; {unlit} more found nothing lit");
+    let longest = in_erases.iter().copied().max().unwrap_or(0);
+    println!("and {} while a sector was erased, worst {longest} ns", in_erases.len());
     assert!(worst <= DARK_WITHIN, "{worst} ns");
-    assert!(in_erases * 20 <= moments, "{in_erases} moments in erases");
-    // A fade may just begin.
-    assert!(unlit * 50 <= moments, "{unlit} moments in the dark");
+    assert!(longest <= ERASE, "{longest} ns");
     assert_eq!(bench.take_resets(), 0);
 }
 

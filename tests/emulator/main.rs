@@ -18,6 +18,7 @@ mod interlock;
 mod malformed;
 mod measures;
 mod mind;
+mod quick;
 mod radar;
 mod room;
 mod signals;

@@ -1,7 +1,7 @@
 //! What the pins did: edges, and the duty they make.
 
 /// A change of a pin.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Edge {
     /// Simulated ns.
     pub(crate) at: u64,
@@ -30,20 +30,4 @@ pub(crate) fn duty(edges: &[Edge], pin: u8, until: u64, periods: u64, resting: b
         high_ns += until - since;
     }
     high_ns as f64 / (periods * PERIOD_NS) as f64
-}
-
-/// For how many seconds a pin was high over these edges, up to now; `last` is its last edge before them, and after.
-pub(crate) fn high_time(edges: &[Edge], pin: u8, last: &mut Option<Edge>, now: u64) -> f64 {
-    let mut high_ns = 0;
-    for edge in edges.iter().filter(|edge| edge.pin == pin) {
-        if let Some(before) = last.filter(|before| before.high) {
-            high_ns += edge.at - before.at;
-        }
-        *last = Some(*edge);
-    }
-    if let Some(open) = last.as_mut().filter(|open| open.high) {
-        high_ns += now - open.at;
-        open.at = now;
-    }
-    high_ns as f64 / 1e9
 }
