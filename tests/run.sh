@@ -14,6 +14,12 @@ RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --document-private-items
 say "tests"
 cargo test --no-fail-fast
 
+say "book"
+# A program for this alone: it is not optimised.
+command -v mdbook > /dev/null ||
+    cargo install mdbook@0.5.4 --locked --debug --no-default-features --root target/tools
+PATH="$PWD/target/tools/bin:$PATH" mdbook build host-tool/book --dest-dir "$PWD/target/book"
+
 say "printed sheets, read by other programs"
 tests/install.sh libtiff-tools imagemagick poppler-utils qpdf
 cargo build -p vitrine

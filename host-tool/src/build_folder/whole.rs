@@ -169,6 +169,11 @@ impl Drop for WholeFolder {
 /// # Errors
 /// Fails when the file cannot be written beside its place or renamed into it.
 pub fn write_file(place: &Path, bytes: &[u8]) -> io::Result<()> {
+    let parent = parent_of(place);
+    if !parent.exists() {
+        let missing = format!("there is no folder {}", parent.display());
+        return Err(io::Error::new(io::ErrorKind::NotFound, missing));
+    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".vitrine-unfinished-");
     #[cfg(unix)]
@@ -176,11 +181,21 @@ pub fn write_file(place: &Path, bytes: &[u8]) -> io::Result<()> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(parent_of(place))?;
+    let mut file = builder.tempfile_in(parent)?;
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
     file.persist(place)?;
     Ok(())
+}
+
+/// Tries whether something can be written where `place` is to be, before any work is done for it.
+///
+/// # Errors
+/// Where the folder that `place` is in, or the nearest above it that there is, takes no file.
+pub(super) fn try_beside(place: &Path) -> io::Result<()> {
+    let there = parent_of(place).ancestors().find(|folder| folder.as_os_str().is_empty() || folder.exists());
+    let folder = there.filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    tempfile::tempfile_in(folder).map(drop)
 }
 
 /// The folder that `path` is in.

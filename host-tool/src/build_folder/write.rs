@@ -16,7 +16,7 @@ use super::page::{PageParts, ViewPictures, page};
 use super::read::OpenError;
 use super::report::Report;
 use super::strips::{GrowingFilms, JOURNAL};
-use super::whole::{WholeFolder, put_in_place};
+use super::whole::{WholeFolder, put_in_place, try_beside};
 use crate::config::{Exhibit, PlanPairs, ZoneError};
 use crate::design::{AsBuilt, Design, DesignRequest};
 use crate::emission::Emission;
@@ -92,8 +92,9 @@ pub enum BuildError {
 /// Looks whether a build may be put at `place`: where nothing is, an empty folder, or another build.
 ///
 /// # Errors
-/// Fails when anything else is there.
+/// Fails when anything else is there, or nothing can be written there.
 pub fn check_place(place: &Path) -> Result<(), BuildError> {
+    try_beside(place).map_err(|source| BuildError::Write { path: place.to_owned(), source })?;
     if place.symlink_metadata().is_err() {
         return Ok(());
     }

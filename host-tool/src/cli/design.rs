@@ -137,13 +137,19 @@ impl Design {
             design_exhibit(&self.exhibit, &self.output, depth, effort, output)?
         };
         output.result(&report, || report.summary());
-        output.note(&format!(
-            "Written to {}; look at {}",
-            self.output.display(),
-            self.output.join("report.html").display()
-        ));
+        told_written(&self.output, output);
         Ok(())
     }
+}
+
+/// Says where a build is, and what can be done with it.
+pub(super) fn told_written(place: &Path, output: Output) {
+    output.note(&format!(
+        "Written to {0}; look at {1}\nNext: vitrine upload {0}, and vitrine watch. Without a controller, start a simulated one first: \
+         vitrine controller --visitor",
+        place.display(),
+        place.join("report.html").display()
+    ));
 }
 
 /// Random stacks that every design is looked at in: enough for a first word, at a fraction of the design's own time.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use plotters::prelude::*;
 use thiserror::Error;
+use vitrine::build_folder::write_file;
 use vitrine::design::FrontierPoint;
 
 /// Width and height of the drawing.
@@ -35,17 +36,10 @@ pub(super) fn draw(points: &[FrontierPoint], path: &Path) -> Result<(), Frontier
     plot(points, &mut svg).map_err(|error| FrontierFailure::Draw(error.to_string()))?;
     let json =
         serde_json::to_string_pretty(points).map_err(|error| FrontierFailure::Draw(error.to_string()))?;
-    write_whole(path, svg.as_bytes())?;
-    write_whole(&path.with_extension("json"), json.as_bytes())
-}
-
-/// To a temporary file beside it, then renamed.
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FrontierFailure> {
-    let fail = |source| FrontierFailure::Write { path: path.display().to_string(), source };
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
-    std::io::Write::write_all(&mut file, bytes).map_err(fail)?;
-    file.persist(path).map_err(|error| fail(error.error))?;
+    for (path, bytes) in [(path.to_owned(), svg.as_bytes()), (path.with_extension("json"), json.as_bytes())] {
+        write_file(&path, bytes)
+            .map_err(|source| FrontierFailure::Write { path: path.display().to_string(), source })?;
+    }
     Ok(())
 }
 

@@ -22,15 +22,16 @@ use super::{live, words};
 #[command(after_help = "\
 Examples:
   vitrine log
-  vitrine log --since 2026-05-01T00:00:00Z --csv > may.csv
+  vitrine log --since 2026-05-01 --csv > may.csv
+  vitrine log --since 2026-05-01T09:00:00+02:00
   vitrine log --from 120 --json
   vitrine log --live target/firmware/vitrine-pico.elf")]
 pub(super) struct Log {
     /// Begin at this entry's number.
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     from: u32,
-    /// Leave out entries before this time (ISO 8601 with its zone), and those without a time.
-    #[arg(long, value_name = "TIME")]
+    /// Leave out entries before this time or day (ISO 8601; a day begins in UTC), and those without a time.
+    #[arg(long, value_name = "TIME", value_parser = moment)]
     since: Option<Timestamp>,
     /// As comma-separated values.
     #[arg(long, conflicts_with = "json")]
@@ -55,6 +56,9 @@ impl Log {
         if let Some(since) = self.since {
             entries.retain(|entry| entry.time.is_some_and(|time| time.0 >= since.as_second()));
         }
+        if entries.is_empty() {
+            output.note("no entries");
+        }
         let values: Vec<Value> = entries.iter().map(as_json).collect();
         let line = if self.csv { as_csv } else { as_text };
         let header = if self.csv { "number,time,uptime_s,event,day,lamp,dose_j_m2,lamp_hours\n" } else { "" };
@@ -63,6 +67,12 @@ impl Log {
         });
         Ok(())
     }
+}
+
+/// Reads a time with its zone, or a day.
+fn moment(text: &str) -> Result<Timestamp, String> {
+    let time = text.parse().or_else(|_| format!("{text}T00:00:00Z").parse());
+    time.map_err(|_| "give a day such as 2026-05-01, or a time such as 2026-05-01T09:00:00+02:00".to_owned())
 }
 
 fn time(entry: &LogEntry) -> String {
@@ -104,4 +114,19 @@ pub(super) fn as_json(entry: &LogEntry) -> Value {
         "event": words::event(entry.event),
         "day_dose": dose,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::moment;
+
+    #[test]
+    fn a_day_and_a_time_are_moments() {
+        let midnight = moment("2026-05-01T00:00:00Z").unwrap();
+        assert_eq!(moment("2026-05-01").unwrap(), midnight);
+        assert_eq!(moment("2026-05-01T02:00:00+02:00").unwrap(), midnight);
+        for wrong in ["", "yesterday", "2026-02-30", "2026-05-01T09:00:00"] {
+            assert!(moment(wrong).is_err(), "{wrong}");
+        }
+    }
 }

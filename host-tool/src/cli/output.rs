@@ -24,7 +24,10 @@ impl Output {
     /// Prints a result: `value` as JSON, or `text`.
     pub(crate) fn result(self, value: &impl Serialize, text: impl FnOnce() -> String) {
         let line = if self.json { to_json(value) } else { text() };
-        print_line(std::io::stdout(), &line);
+        // An empty list has no line.
+        if !line.is_empty() {
+            print_line(std::io::stdout(), &line);
+        }
     }
 
     /// Prints one of many results, each on a line of its own.

@@ -13,6 +13,8 @@ use vitrine::config::closest;
 use super::Cli;
 use super::output::Output;
 
+/// What all codes begin with.
+const COMMON: &str = "vitrine::";
 const EXPLANATIONS: &str = include_str!("explain.txt");
 
 /// Explain an error by its code, or list all codes.
@@ -69,11 +71,12 @@ impl Explain {
             output.result(&codes, || codes.join("\n"));
             return Ok(());
         };
-        let full = if code.starts_with("vitrine::") { code.clone() } else { format!("vitrine::{code}") };
+        let full = if code.starts_with(COMMON) { code.clone() } else { format!("{COMMON}{code}") };
         let Some((code, text)) = explanations().find(|(known, _)| *known == full) else {
-            let codes: Vec<&str> = explanations().map(|(code, _)| code).collect();
-            let help = match closest(&full, &codes) {
-                Some(known) => format!("did you mean {known}? `vitrine explain` lists all codes"),
+            // What all codes begin with would make every two alike.
+            let ends: Vec<&str> = explanations().filter_map(|(code, _)| code.strip_prefix(COMMON)).collect();
+            let help = match closest(code.strip_prefix(COMMON).unwrap_or(&code), &ends) {
+                Some(known) => format!("did you mean {COMMON}{known}? `vitrine explain` lists all codes"),
                 None => "`vitrine explain` lists all codes".to_owned(),
             };
             return Err(SetupFailure::NoSuchCode { code, help }.into());

@@ -13,7 +13,7 @@ use vitrine::config::{
 use vitrine::object;
 use vitrine::volume::InkDepth;
 
-use super::design::{Effort, FEW_STACKS, Source, folder_of};
+use super::design::{Effort, FEW_STACKS, Source, folder_of, told_written};
 use super::output::Output;
 
 /// Lay a 3D model into the films, and write them to a build folder.
@@ -131,11 +131,7 @@ impl Slice {
         let depth = if self.bits == "16" { InkDepth::Sixteen } else { InkDepth::Eight };
         let report = source.design(place, depth, Effort { iterations: None, stacks: FEW_STACKS }, output)?;
         output.result(&report, || report.summary());
-        output.note(&format!(
-            "Written to {}; look at {}",
-            place.display(),
-            place.join("report.html").display()
-        ));
+        told_written(place, output);
         Ok(())
     }
 

@@ -109,6 +109,9 @@ impl Upload {
                 bytes.len()
             )
         });
+        if sent {
+            output.note("Next: vitrine watch, or vitrine serve for the same in a browser");
+        }
         Ok(())
     }
 }

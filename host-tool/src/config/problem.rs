@@ -92,10 +92,7 @@ impl Problems {
 pub enum ConfigError {
     /// The file cannot be read.
     #[error("cannot read {}", path.display())]
-    #[diagnostic(
-        code("vitrine::config::unreadable"),
-        help("name an existing exhibit.toml; `vitrine new DIR` writes one to start from")
-    )]
+    #[diagnostic(code("vitrine::config::unreadable"), help("{}", unreadable_help(path, source)))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -126,4 +123,17 @@ impl ConfigError {
 
 fn count_problems(count: usize) -> String {
     if count == 1 { "1 problem".to_owned() } else { format!("{count} problems") }
+}
+
+fn unreadable_help(path: &Path, source: &std::io::Error) -> String {
+    match source.kind() {
+        std::io::ErrorKind::IsADirectory => {
+            format!("it is a folder: name the file in it, such as {}", path.join("exhibit.toml").display())
+        }
+        std::io::ErrorKind::InvalidData => {
+            "it is no text: save it as UTF-8, as editors do by default".to_owned()
+        }
+        std::io::ErrorKind::PermissionDenied => "you may not read it: look at its permissions".to_owned(),
+        _ => "name an existing exhibit.toml; `vitrine new DIR` writes one to start from".to_owned(),
+    }
 }

@@ -43,7 +43,12 @@ pub enum LinkError {
     },
     /// The port cannot be opened for another reason.
     #[error("{address} cannot be opened")]
-    #[diagnostic(code(vitrine::link::open), help("unplug the controller, wait a second, plug it in again"))]
+    #[diagnostic(
+        code(vitrine::link::open),
+        help(
+            "is it a serial port? `vitrine devices` lists them; if it is, unplug the controller, wait a second, plug it in again"
+        )
+    )]
     Open {
         /// Where.
         address: Address,
@@ -243,14 +248,23 @@ impl LinkError {
     }
 }
 
+/// Whether `HOST:PORT` is on this computer.
+fn is_here(place: &str) -> bool {
+    ["127.", "[::1]", "localhost"].iter().any(|start| place.starts_with(start))
+}
+
 fn missing_help(address: &Address) -> String {
     match address {
         Address::Serial(_) => {
             "is the controller plugged in, and its cable one that carries data? `vitrine devices` lists the ports"
                 .to_owned()
         }
-        Address::Tcp(place) => {
+        Address::Tcp(place) if is_here(place) => {
             format!("start a simulated controller there with `vitrine controller --listen tcp:{place}`")
+        }
+        Address::Tcp(_) => {
+            "is the other computer's name right, is it on, and does a controller or a serial server listen there?"
+                .to_owned()
         }
     }
 }

@@ -245,8 +245,7 @@ fn a_mask_and_a_pedestal_change_the_design_and_the_mask_is_an_input() {
 
 #[test]
 fn a_build_is_replaced_by_the_next_one() {
-    let workshop = Workshop::small();
-    workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    let workshop = Workshop::built();
     workshop.write("exhibit.toml", SMALL.replace("films = 8", "films = 5"));
     workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
     assert_eq!(names(&workshop.path("build/films")).len(), 5);

@@ -6,19 +6,13 @@ use serde_json::Value;
 
 use super::support::{Simulated, Workshop};
 
-fn built() -> Workshop {
-    let workshop = Workshop::small();
-    workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
-    workshop
-}
-
 pub(super) fn json(text: &str) -> Value {
     serde_json::from_str(text).unwrap()
 }
 
 #[test]
 fn a_plan_is_uploaded_and_what_runs_is_told() {
-    let workshop = built();
+    let workshop = Workshop::built();
     let simulated = Simulated::start(&workshop, &["--flash", "flash.bin"]);
     let to = simulated.address.as_str();
     let status = || json(&workshop.succeed(&["status", "--to", to, "--build", "build", "--json"]));
@@ -51,7 +45,7 @@ fn a_plan_is_uploaded_and_what_runs_is_told() {
 
 #[test]
 fn hold_dark_release_and_clock_reach_the_exhibit() {
-    let workshop = built();
+    let workshop = Workshop::built();
     let simulated = Simulated::start(&workshop, &[]);
     let to = simulated.address.as_str();
     let refused = workshop.run(&["hold", "coffee", "--to", to]);
@@ -108,7 +102,7 @@ fn hold_dark_release_and_clock_reach_the_exhibit() {
 
 #[test]
 fn a_plan_that_asks_for_more_is_taken_when_that_is_confirmed() {
-    let workshop = built();
+    let workshop = Workshop::built();
     let simulated = Simulated::start(&workshop, &[]);
     let to = simulated.address.as_str();
     workshop.succeed(&["upload", "build", "--to", to]);
@@ -157,7 +151,7 @@ fn settings_are_told_changed_and_kept() {
 
 #[test]
 fn a_port_that_is_missing_busy_or_no_controller_is_named_with_the_remedy() {
-    let workshop = built();
+    let workshop = Workshop::built();
     let free = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
     let missing = workshop.run(&["status", "--to", &format!("tcp:{free}")]);
     assert_eq!(missing.code, Some(1));
@@ -203,7 +197,7 @@ fn a_port_that_is_missing_busy_or_no_controller_is_named_with_the_remedy() {
 
 #[test]
 fn a_damaged_plan_is_not_sent() {
-    let workshop = built();
+    let workshop = Workshop::built();
     let mut plan = std::fs::read(workshop.path("build/plan.bin")).unwrap();
     plan[3] ^= 1;
     workshop.write("build/plan.bin", plan);
@@ -218,7 +212,7 @@ fn a_damaged_plan_is_not_sent() {
 
 #[test]
 fn devices_lists_a_simulated_controller_and_it_needs_no_address() {
-    let workshop = built();
+    let workshop = Workshop::built();
     let simulated = Simulated::start(&workshop, &[]);
     let devices = json(&workshop.succeed(&["devices", "--json"]));
     let found =
@@ -235,7 +229,7 @@ fn devices_lists_a_simulated_controller_and_it_needs_no_address() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_controller_withdraws_its_announcement() {
-    let workshop = built();
+    let workshop = Workshop::built();
     let mut simulated = Simulated::start(&workshop, &[]);
     let pid = simulated.child.id().to_string();
     assert!(std::process::Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
@@ -246,7 +240,7 @@ fn an_interrupted_controller_withdraws_its_announcement() {
 
 #[test]
 fn a_self_test_prints_a_sheet_and_fails_when_a_part_does() {
-    let workshop = built();
+    let workshop = Workshop::built();
     let simulated = Simulated::start(&workshop, &[]);
     let to = simulated.address.as_str();
     let finished = workshop.run(&["self-test", "-o", "sheet.txt", "--to", to]);

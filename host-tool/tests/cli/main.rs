@@ -9,6 +9,7 @@ mod help;
 mod ink;
 mod link;
 mod outlook;
+mod ports;
 mod print;
 mod slice;
 mod strips;

@@ -6,8 +6,7 @@ use super::support::{Finished, SMALL, Workshop, names};
 
 /// A build of 8 films, 20 x 15 mm, 64 x 48 pixels.
 fn built() -> Workshop {
-    let workshop = Workshop::small();
-    workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    let workshop = Workshop::built();
     workshop
 }
 

@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::LazyLock;
 
 use super::answers;
 
@@ -54,6 +55,23 @@ impl Workshop {
         workshop
     }
 
+    /// A workshop with [`SMALL`] and its build, designed once for all tests.
+    pub(crate) fn built() -> Self {
+        static BUILD: LazyLock<Workshop> = LazyLock::new(|| {
+            let workshop = Workshop::small();
+            workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+            workshop
+        });
+        let workshop = Self::small();
+        copy(&BUILD.path("build"), &workshop.path("build"));
+        workshop
+    }
+
+    /// Where simulated controllers announce themselves.
+    pub(crate) fn runtime(&self) -> &Path {
+        self.runtime.path()
+    }
+
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
@@ -101,8 +119,8 @@ pub(crate) struct Simulated {
 
 impl Simulated {
     pub(crate) fn start(workshop: &Workshop, more: &[&str]) -> Self {
-        let mut arguments = vec!["controller", "--listen", "tcp:0"];
-        arguments.extend(more);
+        let anywhere: &[&str] = if more.contains(&"--listen") { &[] } else { &["--listen", "tcp:0"] };
+        let arguments = [&["controller"], anywhere, more].concat();
         let mut command = workshop.command(&arguments);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut line = String::new();
@@ -116,6 +134,20 @@ impl Drop for Simulated {
         // It may have ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
+    }
+}
+
+/// Copies a folder with all that is in it.
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let place = to.join(path.file_name().unwrap());
+        if path.is_dir() {
+            copy(&path, &place);
+        } else {
+            fs::copy(&path, &place).unwrap();
+        }
     }
 }
 

@@ -26,8 +26,7 @@ fn frames(workshop: &Workshop, name: &str) -> (Vec<Vec<u8>>, f64) {
 
 #[test]
 fn each_frame_is_what_view_shows_from_there() {
-    let workshop = Workshop::small();
-    workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    let workshop = Workshop::built();
     let arguments = [
         "turn", "build", "-o", "turn.png", "--from", "-20", "--to", "20", "--steps", "5", "--fps", "12",
         "--json",
@@ -52,8 +51,7 @@ fn each_frame_is_what_view_shows_from_there() {
 
 #[test]
 fn a_dry_run_writes_nothing_and_wrong_input_is_told() {
-    let workshop = Workshop::small();
-    workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    let workshop = Workshop::built();
     let before = workshop.names();
     workshop.succeed(&["turn", "build", "-o", "turn.png", "--dry-run"]);
     let finished = workshop.run(&["turn", "build", "-o", "turn.png", "--distance", "2"]);

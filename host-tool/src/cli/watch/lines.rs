@@ -3,30 +3,52 @@
 use std::time::Duration;
 
 use miette::Report;
-use vitrine::link::Client;
+use vitrine::link::{Client, LinkError};
 use vitrine_exhibit::units::Level;
 use vitrine_protocol::Status;
 
+use crate::cli::connect::To;
 use crate::cli::output::Output;
 use crate::cli::{status, words};
 
-/// Looks again and again: `count` times, or until it is interrupted.
-pub(super) fn follow(
-    client: &mut Client,
-    every: Duration,
-    count: Option<u64>,
-    output: Output,
-) -> Result<(), Report> {
+/// Looks again and again: `count` times, or until it is interrupted. Without a count, a controller that has gone away is
+/// waited for.
+pub(super) fn follow(to: &To, every: Duration, count: Option<u64>, output: Output) -> Result<(), Report> {
+    let mut connected = Some(Client::open(&to.find()?)?);
     let mut looks = 0;
     while count.is_none_or(|count| looks < count) {
         if looks > 0 {
             std::thread::sleep(every);
         }
-        let told = client.status()?;
-        output.line(&status::as_json(client.address(), client.hello(), &told, None), || line(client, &told));
         looks += 1;
+        match look(to, connected.take()) {
+            Ok((client, told)) => {
+                let value = status::as_json(client.address(), client.hello(), &told, None);
+                output.line(&value, || line(&client, &told));
+                connected = Some(client);
+            }
+            Err(error) if count.is_none() && may_come_back(&error) => {
+                output.note(&format!("away: {error}; waiting for it"));
+            }
+            Err(error) => return Err(error.into()),
+        }
     }
     Ok(())
+}
+
+/// Asks a controller how it is, connecting anew where the connection is lost.
+fn look(to: &To, connected: Option<Client>) -> Result<(Client, Status), LinkError> {
+    let mut client = match connected {
+        Some(client) => client,
+        None => Client::open(&to.find()?)?,
+    };
+    let told = client.status()?;
+    Ok((client, told))
+}
+
+/// A controller that is unplugged is none that is found, until it is back.
+fn may_come_back(error: &LinkError) -> bool {
+    error.is_passing() || matches!(error, LinkError::NoneFound | LinkError::NoSuchSerialNumber { .. })
 }
 
 fn line(client: &Client, told: &Status) -> String {

@@ -20,8 +20,8 @@ const FRAME: Duration = Duration::from_millis(100);
 
 /// Watch the exhibit: viewer, view, lamps, temperatures, dose, interlock, clock and the last events.
 ///
-/// On a terminal it fills the screen, and goes on when the controller disappears and comes back. Elsewhere, or with
-/// --every, --count or --json, it prints a line for each look.
+/// On a terminal it fills the screen. Elsewhere, or with --every, --count or --json, it prints a line for each look. Either way
+/// it goes on when the controller disappears and comes back; only with --count it then fails.
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
@@ -46,7 +46,7 @@ impl Watch {
         let wants_lines = self.every.is_some() || self.count.is_some() || output.is_json();
         if wants_lines || !stdout().is_terminal() {
             let every = self.every.unwrap_or(Duration::from_secs(1));
-            return lines::follow(&mut self.to.open()?, every, self.count, output);
+            return lines::follow(&self.to, every, self.count, output);
         }
         let follower = Follower::new(move || self.to.find());
         let mut terminal = ratatui::try_init().into_diagnostic()?;
