@@ -181,6 +181,35 @@ mod tests {
         assert!(answer("colour").is_err());
     }
 
+    /// What only reads or runs on, and what is of no use if it does not write.
+    const WITHOUT_DRY_RUN: [&str; 13] = [
+        "completions",
+        "controller",
+        "devices",
+        "doctor",
+        "explain",
+        "firmware build",
+        "firmware keygen",
+        "log",
+        "materials",
+        "schema",
+        "serve",
+        "status",
+        "watch",
+    ];
+
+    #[test]
+    fn all_that_writes_or_sends_runs_dry() {
+        let mut names = Vec::new();
+        commands(&Cli::command(), "", &mut names);
+        for name in names.iter().filter(|name| !WITHOUT_DRY_RUN.contains(&name.as_str())) {
+            let whole = Cli::command();
+            let find = |command: &clap::Command, word: &str| command.find_subcommand(word).cloned();
+            let command = name.split(' ').try_fold(whole, |command, word| find(&command, word)).unwrap();
+            assert!(command.get_arguments().any(|argument| argument.get_id() == "dry_run"), "{name}");
+        }
+    }
+
     #[test]
     fn every_definition_is_used_and_every_property_described() {
         let all = definitions();

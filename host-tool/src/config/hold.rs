@@ -61,7 +61,6 @@ impl Exhibit {
         let life_j_m2 = self.limits.life_dose_j_m2;
         let life = format!("the stack's {:.1} MJ/m2", life_j_m2 / 1e6);
         let Some(years) = year.life_years else { return format!("{life} are never used up") };
-        let hint = "`expected_h_a_day` in [presence] tells a likelier life";
         match self.presence.expected_h_a_day.filter(|hours| *hours > 0.0) {
             Some(hours) => {
                 let likely_j_m2 = (self.expected_dose_j_m2() * year.open_days as f64).min(year.dose_j_m2);
@@ -72,9 +71,13 @@ impl Exhibit {
                 )
             }
             None if self.schedule.is_empty() => format!(
-                "with somebody there day and night {life} last {years:.1} years: opening hours in [[schedule]] and {hint}"
+                "with somebody there day and night {life} last {years:.1} years: give opening hours in \
+                 [[schedule]], or `expected_h_a_day` in [presence], and a likelier life is told"
             ),
-            None => format!("with somebody there in all of these hours {life} last {years:.1} years: {hint}"),
+            None => format!(
+                "with somebody there in all of these hours {life} last {years:.1} years: give \
+                 `expected_h_a_day` in [presence], and a likelier life is told"
+            ),
         }
     }
 

@@ -5,11 +5,6 @@ use serde_json::Value;
 use super::support::{Finished, SMALL, Workshop, names};
 
 /// A build of 8 films, 20 x 15 mm, 64 x 48 pixels.
-fn built() -> Workshop {
-    let workshop = Workshop::built();
-    workshop
-}
-
 const PRINT: [&str; 7] = ["print", "build", "-o", "sheets", "--as-designed", "--dpi", "360x180"];
 
 fn print(workshop: &Workshop, more: &[&str]) -> Finished {
@@ -18,7 +13,7 @@ fn print(workshop: &Workshop, more: &[&str]) -> Finished {
 
 #[test]
 fn sheets_are_written_whole_with_their_description() {
-    let workshop = built();
+    let workshop = Workshop::built();
     let finished = print(&workshop, &["--json"]);
     assert_eq!(finished.code, Some(0), "{}", finished.stderr);
     let told: Value = serde_json::from_str(&finished.stdout).unwrap();
@@ -44,7 +39,7 @@ fn sheets_are_written_whole_with_their_description() {
 
 #[test]
 fn the_ink_is_the_films_mean_on_their_area() {
-    let workshop = built();
+    let workshop = Workshop::built();
     let told: Value = serde_json::from_str(&print(&workshop, &["--dry-run", "--json"]).stdout).unwrap();
     assert!(!workshop.path("sheets").exists());
     for channel in 0..3 {
@@ -65,7 +60,7 @@ fn the_ink_is_the_films_mean_on_their_area() {
 
 #[test]
 fn what_cannot_be_printed_is_refused_with_a_way_out_and_leaves_nothing() {
-    let workshop = built();
+    let workshop = Workshop::built();
     let before = workshop.names();
     for (more, code, advice) in [
         (["--paper", "A9"], "vitrine::print::unknown_paper", "A4 landscape"),
@@ -91,7 +86,7 @@ fn what_cannot_be_printed_is_refused_with_a_way_out_and_leaves_nothing() {
 
 #[test]
 fn only_sheets_are_replaced_and_a_damaged_film_leaves_the_old_ones() {
-    let workshop = built();
+    let workshop = Workshop::built();
     std::fs::create_dir(workshop.path("sheets")).unwrap();
     workshop.write("sheets/holiday.txt", "precious");
     let finished = print(&workshop, &[]);
