@@ -1,7 +1,8 @@
 //! The exhibit on the bench: a plan, a room, and what the lamps' pins show of it.
 
-use vitrine_exhibit::plan::{Plan, View};
-use vitrine_exhibit::units::{CentiDegrees, Level, PerLamp};
+use vitrine_exhibit::plan::Plan;
+use vitrine_exhibit::testing;
+use vitrine_exhibit::units::{Level, PerLamp};
 
 use crate::bench::{Bench, LAMP_BOTTOM, LAMP_TOP, MILLISECOND, SECOND};
 use crate::hosts::Host;
@@ -14,30 +15,13 @@ pub(crate) const VIEWS: [(&str, i16, u16, u16); 3] =
 
 /// A plan with three views and no schedule.
 pub(crate) fn plan() -> Plan {
-    let view = |(id, degrees, top, bottom): (&str, i16, u16, u16)| View {
-        id: id.try_into().expect("a short name"),
-        horizontal: CentiDegrees(degrees * 100),
-        vertical: CentiDegrees(0),
-        emphasis: PerLamp::new(Level(top), Level(bottom)),
-    };
+    let view =
+        |(id, degrees, top, bottom): (&str, i16, u16, u16)| testing::view(id, degrees * 100, top, bottom);
     Plan {
         name: "On the bench".try_into().expect("a short name"),
-        volume: vitrine_exhibit::plan::VolumeMetadata {
-            films: 20,
-            width_px: 512,
-            height_px: 512,
-            width_um: 35_000,
-            film_pitch_um: 600,
-            blake3: [7; 32],
-        },
         views: VIEWS.into_iter().map(view).collect(),
         neutral: PerLamp::new(Level(32_768), Level(32_768)),
-        shared: Default::default(),
-        lamps: Default::default(),
-        limits: Default::default(),
-        viewer: Default::default(),
-        presence: Default::default(),
-        calendar: Default::default(),
+        ..testing::plan()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use vitrine_exhibit::plan::ViewerSensor;
 use vitrine_exhibit::units::CentiCelsius;
-use vitrine_tests::room::{self, Body, Kind, Waypoint, radar_bytes};
+use vitrine_tests::room::{self, Body, Waypoint, radar_bytes};
 
 use crate::bench::{Bench, MILLISECOND, SECOND};
 use crate::exhibit::plan;

@@ -3,14 +3,14 @@
 
 use std::collections::BTreeMap;
 
+use vitrine_exhibit::clock::ClockRecord;
 use vitrine_exhibit::events::Event;
 use vitrine_exhibit::governor::LampCommand;
 use vitrine_exhibit::inputs::{Contact, Inputs, InterlockLoops, Request, TemperatureReading};
 use vitrine_exhibit::ledger::{LedgerRecord, StoredReservation};
 use vitrine_exhibit::limits;
-use vitrine_exhibit::plan::{
-    Calendar, Limits, Plan, PresenceSettings, ValidPlan, View, ViewerSettings, VolumeMetadata,
-};
+use vitrine_exhibit::plan::{Plan, ValidPlan, View};
+use vitrine_exhibit::testing;
 use vitrine_exhibit::units::{
     CentiCelsius, CentiDegrees, Irradiance, Level, Milliseconds, Millivolts, PerLamp, UtcSeconds,
 };
@@ -72,6 +72,8 @@ pub struct Bench {
     pub clock: Option<UtcSeconds>,
     /// A host sets the clock before the next step.
     pub clock_was_set: bool,
+    /// What is known of the clock's drift, in flash.
+    pub clock_record: ClockRecord,
     /// The staff key is pressed.
     pub staff_key: bool,
     /// Requests for the next step.
@@ -107,6 +109,7 @@ impl Bench {
             stray: Irradiance(0),
             clock: Some(UtcSeconds(1_777_629_600)),
             clock_was_set: false,
+            clock_record: ClockRecord::default(),
             staff_key: false,
             requests: Vec::new(),
             flash_works: true,
@@ -134,6 +137,22 @@ impl Bench {
         self.command = LampCommand::DARK;
     }
 
+    /// What the clock shows, whether right or wrong.
+    fn shown(&self) -> Option<UtcSeconds> {
+        let elapsed_s = (self.steps * u64::from(TICK.0) / 1_000) as i64;
+        self.clock.map(|clock| UtcSeconds(clock.0.saturating_add(elapsed_s)))
+    }
+
+    /// A host sets the clock, to what it would have shown at the beginning.
+    pub fn set_clock(&mut self, clock: UtcSeconds) {
+        let before = self.shown();
+        self.clock = Some(clock);
+        self.clock_was_set = true;
+        if let Some(truth) = self.shown() {
+            self.clock_record = self.clock_record.set(before, truth);
+        }
+    }
+
     /// One step.
     ///
     /// # Errors
@@ -148,7 +167,6 @@ impl Bench {
         };
         let stored = self.write_flash();
         let requests = std::mem::take(&mut self.requests);
-        let elapsed_s = (self.steps * u64::from(TICK.0) / 1_000) as i64;
         let inputs = Inputs {
             plan: self.plan.as_ref(),
             thermal: [frames[0].as_ref(), frames[1].as_ref()],
@@ -158,7 +176,7 @@ impl Bench {
             enclosure: self.enclosure,
             supply: self.supply,
             ultraviolet: self.ultraviolet().filter(|_| picture),
-            now: self.clock.map(|clock| UtcSeconds(clock.0.saturating_add(elapsed_s))),
+            now: self.shown().and_then(|shown| self.clock_record.corrected(shown)),
             clock_was_set: std::mem::take(&mut self.clock_was_set),
             requests: &requests,
             staff_key: self.staff_key,
@@ -281,33 +299,9 @@ impl Default for Bench {
     }
 }
 
-/// Three views at -30, 0 and 30 degrees: the top lamp, both, the bottom lamp.
+/// The plan of the tests, with lamps that an ultraviolet sensor watches.
 pub fn standard_plan() -> Plan {
-    let volume = VolumeMetadata {
-        films: 20,
-        width_px: 512,
-        height_px: 512,
-        width_um: 35_000,
-        film_pitch_um: 600,
-        blake3: [7; 32],
-    };
-    let views = [
-        view("left", -30.0, 0.0, 1.0, 0.0),
-        view("middle", 0.0, 0.0, 0.5, 1.0),
-        view("right", 30.0, 0.0, 0.0, 1.0),
-    ];
-    let mut plan = Plan {
-        name: "Three photographs".try_into().expect("short"),
-        volume,
-        views: views.into_iter().collect(),
-        neutral: PerLamp::new(level(0.6), level(0.6)),
-        shared: Default::default(),
-        lamps: PerLamp::default(),
-        limits: Limits::default(),
-        viewer: ViewerSettings::default(),
-        presence: PresenceSettings::default(),
-        calendar: Calendar::default(),
-    };
+    let mut plan = testing::plan();
     plan.lamps.top.ultraviolet_at_full = Irradiance(200);
     plan.lamps.bottom.ultraviolet_at_full = Irradiance(100);
     plan

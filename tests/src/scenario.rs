@@ -102,12 +102,13 @@ pub fn run_file(path: &Path) -> Result<(), String> {
     scenario.run()
 }
 
-/// Runs all scenarios on all processors, and gives the names of those that fail or panic.
+/// Runs the scenario of this name, or all, on all processors, and gives the names of those that fail or panic.
 ///
 /// # Errors
 /// The folder cannot be read.
-pub fn failing() -> std::io::Result<Vec<String>> {
-    let files = files()?;
+pub fn failing(name: Option<&str>) -> std::io::Result<Vec<String>> {
+    let mut files = files()?;
+    files.retain(|path| name.is_none_or(|name| path.file_stem().is_some_and(|stem| stem == name)));
     let next = AtomicUsize::new(0);
     let failed = Mutex::new(Vec::new());
     let work = || {

@@ -119,6 +119,107 @@ fn is_wrong(bench: &Bench) -> bool {
     away(shown) - nearest > 6.0
 }
 
+/// What came of a day's visits.
+#[derive(Debug, Default)]
+struct Day {
+    visited_s: f64,
+    wrong_s: f64,
+    longest_wrong_s: f64,
+    /// Seconds with a bearing, and the sum of its errors in degrees over them.
+    seen_s: f64,
+    error_deg_s: f64,
+    worst_mean_deg: f64,
+}
+
+/// A number from 0 to 1 of the day's script; the same on every day.
+fn number(script: &mut u64) -> f64 {
+    *script = script.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*script >> 40) as f64 / (1_u64 << 24) as f64
+}
+
+/// Somebody of any height walks in from the side, looks from one or two places, and leaves; gives when they have left.
+fn visit(script: &mut u64, from_s: f64) -> (Body, f64) {
+    let mut between = |least: f64, most: f64| least + number(script) * (most - least);
+    let side = if between(0.0, 1.0) < 0.5 { -55.0 } else { 55.0 };
+    let mut path = vec![Waypoint(from_s, side, 3.0)];
+    let mut time_s = from_s;
+    for _ in 0..1 + (between(0.0, 2.0) as usize) {
+        let (angle, distance) = (between(-45.0, 45.0), between(0.7, 3.0));
+        time_s += between(2.0, 5.0);
+        path.push(Waypoint(time_s, angle, distance));
+        time_s += between(4.0, 15.0);
+        path.push(Waypoint(time_s, angle, distance));
+    }
+    time_s += between(2.5, 4.0);
+    path.push(Waypoint(time_s, -side, 3.0));
+    let height_m = between(1.1, 1.95);
+    (Body { height_m, path, ..Body::standing(0.0, 1.0) }, time_s)
+}
+
+/// A hundred visits of one person each, without the hours between them: how far off bearings are, how much of the visits'
+/// time a wrong view is shown, and how long at most.
+#[test]
+fn in_a_day_of_a_hundred_visits_no_wrong_view_stays() {
+    let (mut script, mut day, mut bench) = (2_026_u64, Day::default(), Bench::new());
+    run_until(&mut bench, 5.0);
+    for _ in 0..100 {
+        let (body, until_s) = visit(&mut script, bench.time_s());
+        bench.room.bodies = vec![body];
+        follow_visit(&mut bench, until_s, &mut day);
+        bench.room.bodies.clear();
+        let pause_s = 2.0 + 6.0 * number(&mut script);
+        let until_s = bench.time_s() + pause_s;
+        run_until(&mut bench, until_s);
+    }
+    let (wrong, bias) = (day.wrong_s / day.visited_s, day.error_deg_s / day.seen_s);
+    println!(
+        "{:.0} s of visits, a wrong view for {:.2} % of them, {:.2} s at most",
+        day.visited_s,
+        100.0 * wrong,
+        day.longest_wrong_s
+    );
+    println!("bias {bias:.2} deg in all, {:.2} deg in the worst place", day.worst_mean_deg);
+    assert!(day.longest_wrong_s <= 1.5 && wrong <= 0.1, "{day:?}");
+    assert!(bias.abs() <= 0.5 && day.worst_mean_deg.abs() <= 2.0, "{day:?}");
+}
+
+/// Follows a visit: a view is wrong where another is clearly nearer, a bearing while its viewer stands within 45 degrees.
+fn follow_visit(bench: &mut Bench, until_s: f64, day: &mut Day) {
+    let (mut wrong_s, mut stood) = (0.0, Vec::new());
+    while bench.time_s() < until_s - 0.02 {
+        bench.step().expect("what must always hold");
+        let time_s = bench.time_s();
+        let body = &bench.room.bodies[0];
+        let Some(at) = body.horizontal_deg(time_s).filter(|at| at.abs() <= 45.0) else { continue };
+        day.visited_s += 0.01;
+        wrong_s = if is_wrong(bench) { wrong_s + 0.01 } else { 0.0 };
+        day.wrong_s += if wrong_s > 0.0 { 0.01 } else { 0.0 };
+        day.longest_wrong_s = day.longest_wrong_s.max(wrong_s);
+        let stands = body
+            .path
+            .windows(2)
+            .any(|leg| leg[0].1 == leg[1].1 && leg[0].0 + 1.0 < time_s && time_s < leg[1].0);
+        let bearing = bench.snapshot().bearing.map(|bearing| f64::from(bearing.horizontal.0) / 100.0);
+        match bearing.filter(|_| stands) {
+            Some(bearing) => stood.push(bearing - at),
+            None => count_place(&mut stood, day),
+        }
+    }
+    count_place(&mut stood, day);
+}
+
+/// Counts the bearing's errors at one place.
+fn count_place(errors: &mut Vec<f64>, day: &mut Day) {
+    let sum: f64 = errors.iter().sum();
+    let mean = sum / errors.len().max(1) as f64;
+    if mean.abs() > day.worst_mean_deg.abs() {
+        day.worst_mean_deg = mean;
+    }
+    day.seen_s += errors.len() as f64 * 0.01;
+    day.error_deg_s += sum * 0.01;
+    errors.clear();
+}
+
 /// Somebody walks up to a place far away and stands there without moving at all for a minute and a half.
 #[test]
 fn who_stands_dead_still_far_away_is_not_lost() {

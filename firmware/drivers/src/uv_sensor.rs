@@ -2,9 +2,13 @@
 //!
 //! Only its UVA channel (315-410 nm, peak 360 nm) is used, in continuous mode at gain 16 and 64 ms. The full-scale range
 //! at gain 1 is 348,160 µW/cm² over 65,536 clocks (data sheet DS001047, 7.4), so that one count is 3.3203125 mW/m² and
-//! full scale 217 W/m²: four times what the hardware lets a lamp give. Its own temperature stands for the enclosure's
-//! air, in which it hangs: 0.05 °C a count from -66.9 °C on (data sheet, output register TEMP of 12 bits; the published
-//! drivers that were compared reckon alike, and with 385 counts a µW/cm² at gain 2,048 agree with the scale above to 0.2 %).
+//! full scale 217 W/m²: four times what the hardware lets a lamp give. The 385 counts a µW/cm² at gain
+//! 2,048 of a published driver agree with that scale to 0.2 %.
+//!
+//! Its own temperature stands for the enclosure's air, in which it hangs: 0.05 °C a count of 12 bits from -66.9 °C on. The
+//! data sheet's section on it was not read: SparkFun's, Adafruit's and Tlera's drivers reckon so, and the first two give
+//! 0x922 = 50 °C as the data sheet's example. By Adafruit's notes on the data sheet (v4-00) it is good to 10 K only: it
+//! guards against a blocked vent, not against a few degrees.
 
 use embedded_hal_async::i2c::I2c;
 use vitrine_exhibit::units::CentiCelsius;
@@ -122,6 +126,13 @@ mod tests {
         assert_eq!(milliwatts_per_square_metre(0), 0);
         // Full scale: 348,160 µW/cm² / 16 = 21,760 µW/cm² = 217.6 W/m², less one count.
         assert_eq!(milliwatts_per_square_metre(u16::MAX), 217_596);
+    }
+
+    #[test]
+    fn the_temperature_follows_the_published_example() {
+        assert_eq!(temperature(0x922), CentiCelsius(5_000));
+        assert_eq!(temperature(0xf922), CentiCelsius(5_000));
+        assert_eq!(temperature(0), CentiCelsius(-6_690));
     }
 
     #[test]

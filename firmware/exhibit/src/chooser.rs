@@ -77,17 +77,25 @@ impl Chooser {
         self.page_for = self.page_for.plus(elapsed);
         if let Some(decider) = self.decide(plan, tracker) {
             self.bearing = Some(decider.bearing());
-            let wanted = self.own_view(decider.number);
             let free = self.shown.is_none() || self.shown_for >= plan.viewer.least_hold;
-            if wanted != self.shown && free {
-                (self.shown, self.shown_for) = (wanted, Milliseconds(0));
-                self.open_page(0);
+            if free && self.own_view(decider.number) != self.shown {
+                self.show(decider.number);
             }
         } else {
             self.bearing = None;
         }
         self.turn_page(plan);
         self.pair(plan)
+    }
+
+    /// Shows a viewer's view: the one that is nearest now, for the viewer may have moved on while the last was held.
+    fn show(&mut self, number: u8) {
+        let own = self.own.iter_mut().find(|own| own.number == number);
+        let nearest = own.and_then(|own| own.selector.hurry());
+        if nearest != self.shown {
+            (self.shown, self.shown_for) = (nearest, Milliseconds(0));
+            self.open_page(0);
+        }
     }
 
     fn select_for_each(&mut self, plan: &Plan, tracker: &Tracker, elapsed: Milliseconds) {
@@ -219,6 +227,7 @@ pub fn pages(plan: &Plan, view: u8) -> impl Iterator<Item = u8> {
 /// The pair for a bearing between views: from the nearest view's pair to that of the second nearest direction along
 /// a smooth step of the way from one to the other.
 pub fn smooth(plan: &Plan, bearing: Bearing) -> Emphasis {
+    let bearing = plan.among_views(bearing);
     let view = |index: u8| plan.views.get(usize::from(index));
     let Some(nearest) = nearest_view(plan, bearing).and_then(view) else { return plan.neutral };
     let others = plan.views.iter().filter(|view| view.bearing() != nearest.bearing());

@@ -23,7 +23,7 @@ use self::days::Clock;
 pub use self::notices::Notices;
 use crate::units::{Dose, Irradiance, Lamp, Milliseconds, PerLamp};
 
-/// How long a reservation lasts at the present irradiance.
+/// How long a reservation lasts at the present irradiance; this design: what a power cut may over-count.
 pub const RESERVATION: Milliseconds = Milliseconds(60_000);
 /// The dose that must still be reserved while lamps are lit: what the ceiling gives until the watchdog bites.
 pub const LEAST_RESERVED: Milliseconds = Milliseconds(1_000);

@@ -28,8 +28,8 @@ pub mod limits;
 pub mod plan;
 pub mod schedule;
 pub mod settings;
-#[cfg(test)]
-mod testing;
+#[cfg(any(test, feature = "testing"))]
+pub mod testing;
 pub mod units;
 pub mod viewer;
 

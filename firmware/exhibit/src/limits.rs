@@ -13,6 +13,10 @@
 //! | boards 60 to 75 °C derated, 80 °C cut; air 40 and 50 °C | this design |
 //! | interlock 20 ms, 500 ms | this design; the contact also opens the lamp supply in hardware, within 10 ms |
 //! | a loop that opens five times without 10 s of calm between is broken | this design |
+//! | ultraviolet above 1.3 times the model, 5 % of full scale, below 0.7 times | this design |
+//! | lamp hours 4,000 and 10,000 at full level | this design, after the life times above |
+//! | supply 24 V within 10 % | this design |
+//! | dark for 2 s after a start, three resets in 10 min, leases of a day at most | this design |
 //!
 //! This is a reference design, not a certified safety function.
 

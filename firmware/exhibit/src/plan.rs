@@ -224,6 +224,20 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// The bearing nearest to this one within the angles that the views span. Beyond the outermost views, above a row of
+    /// views or below it, one more degree tells nothing of which is nearer.
+    pub fn among_views(&self, bearing: Bearing) -> Bearing {
+        let within = |at: i16, angle: fn(&View) -> i16| {
+            let least = self.views.iter().map(angle).min().unwrap_or(at);
+            let most = self.views.iter().map(angle).max().unwrap_or(at);
+            at.clamp(least, most)
+        };
+        Bearing::new(
+            within(bearing.horizontal.0, |view| view.horizontal.0),
+            within(bearing.vertical.0, |view| view.vertical.0),
+        )
+    }
+
     /// The pair for two views at once, by their indices in any order.
     pub fn shared_pair(&self, one: u8, other: u8) -> Option<Emphasis> {
         let (first, second) = (usize::from(one.min(other)), usize::from(one.max(other)));

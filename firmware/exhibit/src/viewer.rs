@@ -1,4 +1,7 @@
 //! Where viewers stand: sensors give sightings, the tracker follows them, the selector chooses a view.
+//!
+//! Numbers in here that name no source are this design's own: what serves best in the simulated room of the tests, with
+//! people of many heights, paces and distances. A real room may want others.
 
 mod axis;
 mod eye;

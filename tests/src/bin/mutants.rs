@@ -1,8 +1,8 @@
 //! Deletes each safety rule and default in turn and shows the scenario that catches it.
 //!
 //! `cargo run -p vitrine-tests --bin mutants [-- WORD]` patches a copy of the workspace under `target/mutants`, one
-//! rule of `tests/mutants.toml` at a time (those whose rule or scenario contains WORD), and runs all scenarios against
-//! it. It fails where a rule can go without a scenario that fails.
+//! rule of `tests/mutants.toml` at a time (those whose rule or scenario contains WORD), and runs the rule's scenario
+//! against it. It fails where a rule can go and its scenario passes. All scenarios must pass against the copy as it is.
 //!
 //! The copy is built without the tests' own dependencies: this program itself runs its scenarios (`--scenarios`).
 
@@ -30,20 +30,20 @@ struct Mutant {
     find: String,
     /// What stands there instead.
     replace: String,
-    /// The scenario that must fail, among others.
+    /// The scenario that must fail.
     scenario: String,
 }
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Runs all scenarios, prints the names of those that fail, and then [`END`].
+/// Runs the scenario whose name follows, or all, prints the names of those that fail, and then [`END`].
 const SCENARIOS: &str = "--scenarios";
 /// Without this last line the scenarios did not come to their end.
 const END: &str = "all scenarios have run";
 
 fn main() -> ExitCode {
     let outcome = match std::env::args().nth(1).as_deref() {
-        Some(SCENARIOS) => run_scenarios(),
+        Some(SCENARIOS) => run_scenarios(std::env::args().nth(2).as_deref()),
         word => run(word.unwrap_or_default()),
     };
     match outcome {
@@ -63,15 +63,18 @@ fn run(word: &str) -> Result<bool, Failure> {
     let mutants: Mutants = toml::from_str(&text)?;
     let mut all_caught = true;
     let mut count = 0;
-    let none = build_and_run(&copy)?;
-    if !none.is_empty() {
-        return Err(format!("scenarios fail without any change: {none:?}").into());
+    let failed = build_and_run(&copy, None)?;
+    if !failed.is_empty() {
+        return Err(format!("scenarios fail without any change: {failed:?}").into());
     }
+    let names = scenario::files()?;
     for mutant in mutants.mutant.iter().filter(|mutant| mutant.is_about(word)) {
-        let failed = mutant.try_in(&copy).map_err(|error| format!("{}: {error}", mutant.rule))?;
-        let caught = failed.contains(&mutant.scenario);
+        if !names.iter().any(|path| path.file_stem().is_some_and(|stem| *stem == *mutant.scenario)) {
+            return Err(format!("{}: there is no scenario {}", mutant.rule, mutant.scenario).into());
+        }
+        let caught = mutant.is_caught_in(&copy).map_err(|error| format!("{}: {error}", mutant.rule))?;
         let verdict = if caught { "caught by" } else { "NOT CAUGHT by" };
-        println!("{}: {verdict} {} ({} fail)", mutant.rule, mutant.scenario, failed.len());
+        println!("{}: {verdict} {}", mutant.rule, mutant.scenario);
         all_caught &= caught;
         count += 1;
     }
@@ -103,24 +106,25 @@ impl Mutant {
         self.rule.contains(word) || self.scenario.contains(word)
     }
 
-    /// Gives the names of the scenarios that fail without this rule.
-    fn try_in(&self, copy: &Path) -> Result<Vec<String>, Failure> {
+    /// Tells whether its scenario fails without this rule.
+    fn is_caught_in(&self, copy: &Path) -> Result<bool, Failure> {
         let path = copy.join("firmware/exhibit/src").join(&self.file);
         let original = std::fs::read_to_string(&path)?;
         if original.matches(&self.find).count() != 1 {
             return Err(format!("{:?} does not stand exactly once in {}", self.find, self.file).into());
         }
         std::fs::write(&path, original.replace(&self.find, &self.replace))?;
-        let failed = build_and_run(copy);
+        let failed = build_and_run(copy, Some(&self.scenario));
         std::fs::write(&path, original)?;
-        failed
+        Ok(!failed?.is_empty())
     }
 }
 
-/// Builds this program from the copy, and gives the names of the scenarios that fail in it.
-fn build_and_run(copy: &Path) -> Result<Vec<String>, Failure> {
+/// Builds this program from the copy, and gives the names of the scenarios that fail in it, of this one or of all.
+fn build_and_run(copy: &Path, scenario: Option<&str>) -> Result<Vec<String>, Failure> {
     let output = Command::new(std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()))
         .args(["run", "--quiet", "-p", "vitrine-tests", "--bin", "mutants", "--", SCENARIOS])
+        .args(scenario)
         .env("CARGO_TARGET_DIR", copy.join("../target"))
         .env("CARGO_PROFILE_DEV_DEBUG", "none")
         .env("RUSTFLAGS", "--cap-lints allow")
@@ -132,8 +136,8 @@ fn build_and_run(copy: &Path) -> Result<Vec<String>, Failure> {
     Ok(names.lines().map(str::to_owned).collect())
 }
 
-fn run_scenarios() -> Result<bool, Failure> {
-    let failed = scenario::failing()?;
+fn run_scenarios(name: Option<&str>) -> Result<bool, Failure> {
+    let failed = scenario::failing(name)?;
     failed.iter().for_each(|name| println!("{name}"));
     println!("{END}");
     Ok(failed.is_empty())

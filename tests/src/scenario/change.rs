@@ -73,8 +73,8 @@ impl Change {
             bench.clock = read_clock(clock, bench.time_s())?;
         }
         if let Some(clock) = &self.set_clock {
-            bench.clock = read_clock(clock, bench.time_s())?;
-            bench.clock_was_set = true;
+            let clock = read_clock(clock, bench.time_s())?.ok_or("a host sets no invalid clock")?;
+            bench.set_clock(clock);
         }
         match self.plan.as_deref() {
             None => {}

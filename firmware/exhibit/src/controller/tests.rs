@@ -96,7 +96,7 @@ fn nobody_dims_to_the_idle_glow_and_then_dark() {
     bench.warm = [None, None];
     assert_eq!(bench.run(15_000).levels().top, Level(65_535));
     let idle = bench.run(12_000).levels();
-    assert_eq!(idle, PerLamp::new(Level(4_000), Level(4_000)));
+    assert_eq!(idle, PerLamp::new(Level(3_932), Level(3_932)));
     bench.run(300_000);
     assert_eq!(bench.state.snapshot().dark, Some(DarkReason::NobodyThere));
 }

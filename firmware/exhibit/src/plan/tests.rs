@@ -148,3 +148,16 @@ fn a_calibration_gives_the_duty_of_each_point_and_never_more_than_asked() {
         assert!(counts <= exact && counts > exact - 1.0, "{level}");
     }
 }
+
+#[test]
+fn a_bearing_is_looked_at_among_the_views() {
+    let mut plan = plan();
+    let among = |plan: &Plan, horizontal, vertical| plan.among_views(Bearing::new(horizontal, vertical));
+    assert_eq!(among(&plan, 1_000, 3_000), Bearing::new(1_000, 0));
+    assert_eq!(among(&plan, -4_500, -1), Bearing::new(-3_000, 0));
+    plan.views[1].vertical.0 = 2_000;
+    assert_eq!(among(&plan, 4_500, 3_000), Bearing::new(3_000, 2_000));
+    assert_eq!(among(&plan, 0, 1_500), Bearing::new(0, 1_500));
+    plan.views.clear();
+    assert_eq!(among(&plan, 4_500, 3_000), Bearing::new(4_500, 3_000));
+}

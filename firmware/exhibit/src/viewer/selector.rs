@@ -30,6 +30,14 @@ impl Selector {
         self.chosen
     }
 
+    /// Takes the view that is nearest now without waiting for its dwell, and gives it.
+    pub const fn hurry(&mut self) -> Option<u8> {
+        if self.candidate.is_some() {
+            self.take(self.candidate);
+        }
+        self.chosen
+    }
+
     /// Takes the viewer's bearing and gives the index of the view to show. The first choice is made at once.
     pub fn choose(&mut self, plan: &Plan, bearing: Bearing, elapsed: Milliseconds) -> Option<u8> {
         self.dwelt = self.dwelt.plus(elapsed);
@@ -49,11 +57,14 @@ impl Selector {
 
     /// The view that is clearly nearer than the chosen one, where there is one.
     fn candidate_at(&self, plan: &Plan, bearing: Bearing) -> Option<u8> {
-        let nearest = nearest_view(plan, bearing);
+        let among = plan.among_views(bearing);
+        let nearest = nearest_view(plan, among);
         let view = |index: Option<u8>| index.and_then(|index| plan.views.get(usize::from(index)));
         match (view(self.chosen), view(nearest)) {
             (Some(current), Some(other)) => nearest.filter(|_| {
-                nearest != self.chosen && is_clearly_nearer(other, current, bearing, &plan.viewer)
+                nearest != self.chosen
+                    && is_clearly_nearer(other, current, among, &plan.viewer)
+                    && !is_in_dead_zone(other, current, bearing, &plan.viewer)
             }),
             _ => nearest,
         }
@@ -71,11 +82,15 @@ pub fn nearest_view(plan: &Plan, bearing: Bearing) -> Option<u8> {
 
 fn is_clearly_nearer(other: &View, current: &View, bearing: Bearing, settings: &ViewerSettings) -> bool {
     let gain = distance(current, bearing).saturating_sub(distance(other, bearing));
+    gain > u32::from(settings.hysteresis.0.unsigned_abs())
+}
+
+/// Tells whether the viewer stands about the axis between two views on either side of it.
+fn is_in_dead_zone(other: &View, current: &View, bearing: Bearing, settings: &ViewerSettings) -> bool {
     let opposite = |a: CentiDegrees, b: CentiDegrees| (a.0 < 0) != (b.0 < 0) && a.0 != 0 && b.0 != 0;
     let on_the_axis = |at: CentiDegrees| at.0.unsigned_abs() < settings.dead_zone.0.unsigned_abs();
-    gain > u32::from(settings.hysteresis.0.unsigned_abs())
-        && !(opposite(current.horizontal, other.horizontal) && on_the_axis(bearing.horizontal))
-        && !(opposite(current.vertical, other.vertical) && on_the_axis(bearing.vertical))
+    opposite(current.horizontal, other.horizontal) && on_the_axis(bearing.horizontal)
+        || opposite(current.vertical, other.vertical) && on_the_axis(bearing.vertical)
 }
 
 fn distance(view: &View, bearing: Bearing) -> u32 {

@@ -1,41 +1,20 @@
 use heapless::Vec;
 use vitrine_exhibit::plan::{
-    Calendar, CurvePoint, Emphasis, LampCalibration, Limits, MAX_CURVE, MAX_SHARED, MAX_VIEWS, Plan,
-    PresenceSettings, View, ViewerSettings, VolumeMetadata,
+    CurvePoint, Emphasis, LampCalibration, MAX_CURVE, MAX_SHARED, MAX_VIEWS, Plan, View,
     calendar::{ClosedDays, Date, MAX_CLOSED, MAX_RULES, MinuteOfDay, ScheduleRule, Weekdays},
 };
+use vitrine_exhibit::testing;
 use vitrine_exhibit::units::{CentiDegrees, Irradiance, Level, PerLamp};
 
 use super::samples::text;
 use crate::plan_file::{self, MAX_PLAN_BYTES, PlanFileError};
 
 pub(super) fn small() -> Plan {
-    let mut views = Vec::new();
-    let view = View {
-        id: text("front"),
-        horizontal: CentiDegrees(0),
-        vertical: CentiDegrees(0),
-        emphasis: Emphasis::new(Level::FULL, Level(1)),
-    };
-    views.push(view).expect("room");
     Plan {
         name: text("Small"),
-        volume: VolumeMetadata {
-            films: 20,
-            width_px: 512,
-            height_px: 512,
-            width_um: 35_000,
-            film_pitch_um: 600,
-            blake3: [7; 32],
-        },
-        views,
+        views: [testing::view("front", 0, u16::MAX, 1)].into_iter().collect(),
         neutral: Emphasis::new(Level::FULL, Level::FULL),
-        shared: Vec::new(),
-        lamps: PerLamp::new(LampCalibration::default(), LampCalibration::default()),
-        limits: Limits::default(),
-        viewer: ViewerSettings::default(),
-        presence: PresenceSettings::default(),
-        calendar: Calendar::default(),
+        ..testing::plan()
     }
 }
 

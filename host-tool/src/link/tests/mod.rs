@@ -11,11 +11,9 @@ mod serial;
 mod update;
 
 use vitrine_exhibit::{
-    plan::{
-        Calendar, Emphasis, LampCalibration, Limits, Plan, PresenceSettings, View, ViewerSettings,
-        VolumeMetadata,
-    },
-    units::{CentiDegrees, Level, PerLamp, UtcSeconds},
+    plan::{Emphasis, Plan},
+    testing,
+    units::{Level, UtcSeconds},
 };
 use vitrine_protocol::plan_file::{self, MAX_PLAN_BYTES};
 
@@ -24,36 +22,16 @@ use crate::controller::{Clock, FlashFile, Pace, Served, VirtualController, serve
 
 /// A plan with three views at -30, 0 and 30 degrees.
 pub(crate) fn plan(name: &str) -> Plan {
-    let view = |id: &str, horizontal, top, bottom| View {
-        id: id.try_into().expect("short"),
-        horizontal: CentiDegrees(horizontal),
-        vertical: CentiDegrees(0),
-        emphasis: Emphasis::new(Level(top), Level(bottom)),
-    };
+    let views = [
+        testing::view("left", -3_000, 65_535, 10_000),
+        testing::view("front", 0, 30_000, 30_000),
+        testing::view("right", 3_000, 0, 65_535),
+    ];
     Plan {
         name: name.try_into().expect("short"),
-        volume: VolumeMetadata {
-            films: 20,
-            width_px: 512,
-            height_px: 512,
-            width_um: 35_000,
-            film_pitch_um: 600,
-            blake3: [7; 32],
-        },
-        views: [
-            view("left", -3_000, 65_535, 10_000),
-            view("front", 0, 30_000, 30_000),
-            view("right", 3_000, 0, 65_535),
-        ]
-        .into_iter()
-        .collect(),
+        views: views.into_iter().collect(),
         neutral: Emphasis::new(Level(30_000), Level(30_000)),
-        shared: Default::default(),
-        lamps: PerLamp::new(LampCalibration::default(), LampCalibration::default()),
-        limits: Limits::default(),
-        viewer: ViewerSettings::default(),
-        presence: PresenceSettings::default(),
-        calendar: Calendar::default(),
+        ..testing::plan()
     }
 }
 
