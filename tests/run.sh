@@ -21,7 +21,7 @@ command -v mdbook > /dev/null ||
 PATH="$PWD/target/tools/bin:$PATH" mdbook build host-tool/book --dest-dir "$PWD/target/book"
 
 say "printed sheets, read by other programs"
-tests/install.sh libtiff-tools imagemagick poppler-utils qpdf
+tests/install.sh libtiff-tools imagemagick poppler-utils qpdf liblcms2-utils
 cargo build -p vitrine
 cargo clippy -p vitrine-tests --features print-tools --test print -- -D warnings
 cargo test -p vitrine-tests --features print-tools --test print

@@ -1,9 +1,10 @@
-//! Printed sheets as other programs read them: libtiff, ImageMagick, poppler and qpdf.
+//! Printed sheets as other programs read them: libtiff, ImageMagick, poppler, qpdf and Little CMS.
 //!
 //! They need the `vitrine` command beside this test, where `cargo build -p vitrine` puts it.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
@@ -25,7 +26,12 @@ struct Dots {
 }
 
 impl Printed {
+    /// Film values as they are.
     fn new(more: &[&str]) -> Self {
+        Self::printed(&[&["--as-designed"], more].concat())
+    }
+
+    fn printed(more: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let vitrine = |arguments: &[&str]| {
             let mut command = Command::new(command());
@@ -45,7 +51,7 @@ impl Printed {
             .replace("\"least-squares\"", "\"product\"");
         std::fs::write(&toml, text).unwrap();
         vitrine(&["design", "exhibit/exhibit.toml", "-o", "build", "--bits", "16"]);
-        let told = vitrine(&[&["print", "build", "-o", "sheets", "--as-designed", "--json"], more].concat());
+        let told = vitrine(&[&["print", "build", "-o", "sheets", "--json"], more].concat());
         Self { sheets: serde_json::from_slice(&told).unwrap(), folder }
     }
 
@@ -151,14 +157,20 @@ fn pictures(pdf: &str) -> Vec<(String, Vec<String>)> {
 
 #[test]
 fn every_dot_of_a_tiff_is_what_was_designed_and_films_come_back_exactly() {
-    for more in [&["--dpi", "720x360"][..], &["--dpi", "600x300", "--mirrored", "--paper", "roll 120"]] {
-        let printed = Printed::new(&[more, &["--format", "tiff"]].concat());
+    for more in [
+        &["--dpi", "720x360", "--format", "tiff"][..],
+        &["--dpi", "600x300", "--format", "big-tiff", "--mirrored", "--paper", "roll 120"],
+    ] {
+        let printed = Printed::new(more);
         let mirrored = more.contains(&"--mirrored");
         let (width, height) = printed.size("/film_dots");
         let mut films = 0;
         for sheet in 0..printed.sheets["sheets"].as_array().unwrap().len() {
             let path = printed.name(&format!("sheets/sheet-{:02}.tif", sheet + 1));
             let path = path.as_str();
+            // Little-endian, and the version of plain or of big files.
+            let version = if more.contains(&"big-tiff") { 43 } else { 42 };
+            assert_eq!(std::fs::read(path).unwrap()[..4], [b'I', b'I', version, 0]);
             let decoded = by_libtiff(path, &printed.name("plain.tif"));
             assert_eq!((decoded.width, decoded.height), printed.size(&format!("/sheets/{sheet}/dots")));
             assert!(decoded.samples == by_imagemagick(path).samples, "the two decoders differ");
@@ -321,4 +333,77 @@ fn the_assembly_sheet_shows_every_film() {
     let information = text("pdfinfo", &[path]);
     assert!(information.contains("Kleine Größe: assembly") && information.contains("(A4)"), "{information}");
     assert_eq!(pictures(path).len(), FILMS);
+}
+
+/// What Little CMS makes of one colour by a profile: Lab of numbers from 0 to 255.
+fn lab(profile: &str, numbers: [f64; 3]) -> [f64; 3] {
+    const RELATIVE_COLORIMETRIC: &str = "1";
+    let mut command = Command::new("transicc");
+    command.args(["-n", "-t", RELATIVE_COLORIMETRIC, "-i", profile, "-o", "*Lab"]);
+    let mut child =
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    let [first, second, third] = numbers;
+    writeln!(child.stdin.take().unwrap(), "{first} {second} {third}").unwrap();
+    let told = String::from_utf8(child.wait_with_output().unwrap().stdout).unwrap();
+    let values: Vec<f64> = told.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    values.try_into().unwrap_or_else(|_| panic!("{profile}: {told}"))
+}
+
+#[test]
+fn the_inks_profile_tells_what_light_their_coverages_give() {
+    let printed = Printed::printed(&["--dpi", "360x180", "--icc"]);
+    let inks = printed.name("sheets/inks.icc");
+    // The TIFF's profile as ImageMagick finds it, the PDF's as qpdf does.
+    let samples = printed.name("samples.icc");
+    run("convert", &[&printed.name("sheets/sheet-01.tif"), &format!("icc:{samples}")]);
+    let pdf = std::fs::read(printed.path("sheets/sheet-01.pdf")).unwrap();
+    let pdf = String::from_utf8_lossy(&pdf);
+    let object = pdf.split("/DestOutputProfile ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+    let path = printed.name("sheets/sheet-01.pdf");
+    run("qpdf", &["--check", &path]);
+    let found = run("qpdf", &[&format!("--show-object={object}"), "--filtered-stream-data", &path]);
+    assert!(found == std::fs::read(&inks).unwrap(), "the PDF has another profile");
+    // Coverages of equal light are the white of the paper's inks; Lab of the primaries as Lindbloom's sRGB (D50) has it.
+    let white = [1.0, 0.43 / 0.85, 0.43 / 0.89];
+    for (coverages, wanted) in [
+        ([0.0; 3], [0.0; 3]),
+        (white, [100.0, 0.0, 0.0]),
+        (white.map(|coverage| 0.18 * coverage), [49.5, 0.0, 0.0]),
+        ([1.0, 0.0, 0.0], [54.29, 80.81, 69.89]),
+        ([0.0, white[1], 0.0], [87.82, -79.27, 80.99]),
+        ([0.0, 0.0, white[2]], [29.57, 68.30, -112.03]),
+    ] {
+        let colours = [
+            lab(&inks, coverages.map(|coverage| 255.0 * coverage)),
+            lab(&samples, coverages.map(|coverage| 255.0 * (1.0 - coverage))),
+        ];
+        for colour in colours {
+            let off = (0..3).map(|axis| (colour[axis] - wanted[axis]).abs()).fold(0.0, f64::max);
+            assert!(off < 0.3, "{coverages:?}: {colour:?}, not {wanted:?}");
+        }
+    }
+}
+
+#[test]
+fn a_halftone_is_the_same_in_both_formats_and_no_dot_has_two_inks() {
+    for way in ["blue-noise", "error-diffusion"] {
+        let printed = Printed::printed(&["--dpi", "720x360", "--halftone", way]);
+        let (width, height) = printed.size("/film_dots");
+        let tiff = by_libtiff(&printed.name("sheets/sheet-01.tif"), &printed.name("plain.tif"));
+        let pdf = printed.name("sheets/sheet-01.pdf");
+        let pictures = pictures(&pdf);
+        assert_eq!(pictures.len(), FILMS);
+        for ((object, columns), (number, x, y)) in pictures.iter().zip(printed.places(0)) {
+            assert_eq!(columns[7], "1", "bits of a sample: {columns:?}");
+            let raw = run("qpdf", &[&format!("--show-object={object}"), "--filtered-stream-data", &pdf]);
+            // Rows begin at whole bytes.
+            let rows = raw.chunks_exact((3 * width).div_ceil(8));
+            let bit = |row: &[u8], at: usize| u16::from(row[at / 8] >> (7 - at % 8) & 1) * u16::MAX;
+            let ink: Vec<u16> = rows.flat_map(|row| (0..3 * width).map(move |at| bit(row, at))).collect();
+            let dots = tiff.crop((x, y), (width, height)).iter().map(|sample| u16::MAX - sample);
+            assert!(dots.eq(ink.iter().copied()), "{way}: film {number}");
+            assert!(ink.chunks_exact(3).all(|dot| dot.iter().filter(|ink| **ink > 0).count() <= 1));
+            assert!(ink.contains(&u16::MAX), "{way}: film {number} is empty");
+        }
+    }
 }

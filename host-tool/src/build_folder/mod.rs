@@ -24,7 +24,7 @@ pub use look::{Look, LookRequest, look, look_png};
 pub(crate) use manifest::portable_name;
 pub use manifest::{FORMAT, LAYOUT, Manifest};
 pub use read::{BuildFolder, Films, OpenError};
-pub use report::{Figures, Report, ViewReport};
+pub use report::{Figures, InSmall, Report, ViewReport};
 pub use strips::{GrowingFilms, GrownFilms, growing_place};
 pub use turn::{Turn, Turned, turn};
 pub use whole::{INTERRUPTED, Interrupt, WholeFolder, clean_up_on_interrupt, write_file};

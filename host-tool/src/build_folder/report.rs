@@ -33,8 +33,31 @@ pub struct Report {
     /// What became of the object's model, where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<ObjectReport>,
+    /// Where the films were designed by strips: of what all figures, pictures and lamps were found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub in_small: Option<InSmall>,
     /// The views, in the order of exhibit.toml.
     pub views: Vec<ViewReport>,
+}
+
+/// The same exhibit with fewer pixels, which stands for one whose films are too large to be looked at together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InSmall {
+    /// Width and height of its films in pixels.
+    pub pixels: [usize; 2],
+    /// Width and height of the films in the build.
+    pub film_pixels: [usize; 2],
+}
+
+impl InSmall {
+    /// What is in small, and what is not.
+    pub fn in_words(self) -> String {
+        let Self { pixels: [width, height], film_pixels: [film_width, film_height] } = self;
+        format!(
+            "All pictures and figures are of this exhibit in small, with films of {width} x {height} pixels; the films in \
+             the folder have {film_width} x {film_height} and hold finer detail."
+        )
+    }
 }
 
 /// The lamp pair that is best for two views at once.
@@ -126,6 +149,7 @@ impl Report {
             shared: design.shared.iter().map(|shared| SharedReport::new(shared, design)).collect(),
             as_built: None,
             object: None,
+            in_small: None,
             views,
         }
     }
@@ -160,6 +184,7 @@ impl Report {
         }
         lines.extend(self.as_built.iter().flat_map(|built| self.as_built_lines(built)));
         lines.extend(self.hold_in_words());
+        lines.extend(self.in_small.map(InSmall::in_words));
         lines.join("\n")
     }
 

@@ -14,7 +14,7 @@ use super::films;
 use super::manifest::{FORMAT, Manifest, portable_name};
 use super::page::{PageParts, ViewPictures, page};
 use super::read::OpenError;
-use super::report::Report;
+use super::report::{InSmall, Report};
 use super::strips::{GrowingFilms, JOURNAL};
 use super::whole::{WholeFolder, put_in_place, try_beside};
 use crate::config::{Exhibit, PlanPairs, ZoneError};
@@ -245,6 +245,9 @@ fn described(
     let mut report = Report::new(exhibit, design);
     report.as_built = beside.as_built.cloned();
     report.object = beside.object.cloned();
+    let (pixels, film_pixels) = ([design.volume.width(), design.volume.height()], exhibit.stack.pixels);
+    let film_pixels = film_pixels.map(|pixels| pixels as usize);
+    report.in_small = (pixels != film_pixels).then_some(InSmall { pixels, film_pixels });
     if let Some(given) = given {
         for ((view, adapted), given) in report.views.iter_mut().zip(&request.views).zip(&given.views) {
             view.similarity_to_given = Some(structural_similarity(&adapted.pattern, &given.pattern));

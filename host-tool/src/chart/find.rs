@@ -79,6 +79,13 @@ pub enum ChartError {
         )
     )]
     AnotherChart,
+    /// Another of vitrine's charts.
+    #[error("the photograph shows another of vitrine's charts")]
+    #[diagnostic(code("vitrine::chart::exchanged"), help("{advice}"))]
+    Exchanged {
+        /// What the chart is, and how it is measured.
+        advice: &'static str,
+    },
     /// Too few pixels.
     #[error("the chart is too small in the photograph: {pixels_per_mm:.1} pixels a mm")]
     #[diagnostic(
@@ -143,6 +150,21 @@ pub fn find(light: &Picture, chart: &Chart) -> Result<Found, ChartError> {
         return Err(ChartError::TooSmall { pixels_per_mm });
     }
     Ok(Found { perspective, pixels_per_mm })
+}
+
+/// As [`find`], but where the chart `other` lies in the photograph instead, the error gives this `advice`.
+///
+/// # Errors
+/// Says why the chart cannot be found.
+pub fn find_rather_than(
+    light: &Picture,
+    chart: &Chart,
+    (other, advice): (&Chart, &'static str),
+) -> Result<Found, ChartError> {
+    match find(light, chart) {
+        Err(ChartError::AnotherChart) if find(light, other).is_ok() => Err(ChartError::Exchanged { advice }),
+        found => found,
+    }
 }
 
 /// Adds a mark, or makes one that was seen already surer.

@@ -12,7 +12,7 @@ mod perspective;
 mod solve;
 
 pub use field::{Field, Sample, plane};
-pub use find::{ChartError, Found, find};
+pub use find::{ChartError, Found, find, find_rather_than};
 pub use measure::{Reading, read_patches};
 pub use overlay::overlay;
 pub use perspective::Perspective;

@@ -61,7 +61,7 @@ impl Check {
         let foretold = !self.quick && exhibit.object.is_none();
         if !self.quick && exhibit.object.is_some() {
             output.note(
-                "note: what an exhibit with an object will show is not predicted: design it, and look at it",
+                "note: how well pictures and an object will show together is not predicted: design them, and look at the report",
             );
         }
         let object = if self.quick { None } else { sliced(&exhibit, folder_of(&self.exhibit))? };
@@ -79,7 +79,9 @@ impl Check {
             serde_json::json!({ "exhibit": exhibit, "year": year, "outlook": outlook, "object": object });
         output.result(&result, || {
             let mut parts = vec![summary(&exhibit), year_summary(&exhibit, &year)];
-            parts.extend(object.as_ref().map(ObjectReport::summary));
+            parts.extend(
+                object.iter().flat_map(|report| [report.summary(), object::foretold(&exhibit, report)]),
+            );
             parts.extend(outlook.as_ref().map(Outlook::summary));
             parts.join("\n")
         });

@@ -13,7 +13,7 @@ use vitrine::experiment::films;
 use vitrine::ink::{CurveFile, Separator, SheetInks, wedge};
 use vitrine::print::{
     Arrangement, AsDesigned, ChartFilm, Estimate, Formats, OpenFilm, PrintJob, PrintRequest, Resolution,
-    Separation, SheetsFile, UnknownPaper, check_sheets_place,
+    Separation, SheetsFile, TiffForm, UnknownPaper, check_sheets_place,
 };
 
 use super::output::Output;
@@ -29,6 +29,7 @@ Examples:
   vitrine print build -o sheets --paper \"roll 610\" --dpi 1440x720 --mirrored
   vitrine print build -o sheets --each --json | jq '.sheets[].files'
   vitrine print build -o sheets --halftone blue-noise --curves curves.toml
+  vitrine print build -o sheets --icc                for a raster image processor that wants a profile
   vitrine print --wedge -o wedge --dpi 1440x720      a chart to measure the inks by: see `vitrine calibrate`
   vitrine print --circles -o circles                 a chart to measure films by: see `vitrine experiment films`
 
@@ -38,8 +39,11 @@ three spot colours by their names. Print at 100 %, without fitting to the page a
 
 Film values become coverages of the three inks as [print] says: the stronger inks are thinned so that equal values glow
 equally, and measured curves are undone. --as-designed prints the values themselves, for a printer that does all this.
-With a halftone no dot carries two inks. No ICC profile is written: none of three fluorescent inks is known to any
-printer's colour management, which has to be off.
+With a halftone no dot carries two inks.
+
+The inks' numbers are final: a raster image processor has to lay them as they are, without colour management. One that
+wants to know what they mean, for a preview, gets it by --icc: an ICC profile of the light that coverages give, of the RGB
+samples in a TIFF, and of three named inks in the output intent of a PDF and in inks.icc.
 
 The folder is written whole or not at all; sheets that are there already are replaced, anything else is not.")]
 pub(super) struct Print {
@@ -55,8 +59,8 @@ pub(super) struct Print {
     /// The folder to write the sheets to.
     #[arg(short, long, value_name = "SHEETS")]
     output: PathBuf,
-    /// The files to write for each sheet.
-    #[arg(long, default_value = "both", value_parser = ["tiff", "pdf", "both"])]
+    /// The files to write for each sheet; a TIFF that may grow beyond 2 GiB is a BigTIFF, with big-tiff any is.
+    #[arg(long, default_value = "both", value_parser = ["tiff", "big-tiff", "pdf", "both"])]
     format: String,
     /// The paper: A0 to A4, letter, legal, tabloid, "A4 landscape", or a roll by its width in mm: "roll 610".
     #[arg(long, value_name = "PAPER")]
@@ -79,6 +83,9 @@ pub(super) struct Print {
     /// Print film values as they are: inks are not parted, dots not laid out.
     #[arg(long)]
     as_designed: bool,
+    /// Put an ICC profile of the inks into the sheets, and beside them as inks.icc.
+    #[arg(long, conflicts_with_all = ["as_designed", "wedge", "circles"])]
+    icc: bool,
     /// Tell what printing takes, and write nothing.
     #[arg(long)]
     dry_run: bool,
@@ -167,21 +174,29 @@ impl Print {
             marks: false,
             mirrored: settings.mirrored || self.mirrored,
             pin_mm: settings.pin_mm,
+            profiles: None,
         };
         self.print(request, &|_| film.rows(), &settings, output)
     }
 
     fn print(
         &self,
-        request: PrintRequest,
+        mut request: PrintRequest,
         open: OpenFilm<'_>,
         settings: &PrintSettings,
         output: Output,
     ) -> Result<(), Report> {
         let inks = self.inks(settings, request.resolution)?;
         let separation: &dyn Separation = if self.as_designed { &AsDesigned } else { &inks };
+        request.profiles = self.icc.then(|| inks.profiles(&request.inks)).flatten();
         let job = PrintJob::new(request)?;
-        let formats = Formats { tiff: self.format != "pdf", pdf: self.format != "tiff" };
+        let (tiff, pdf) = match self.format.as_str() {
+            "tiff" => (Some(TiffForm::Fitting), false),
+            "big-tiff" => (Some(TiffForm::Big), false),
+            "pdf" => (None, true),
+            _ => (Some(TiffForm::Fitting), true),
+        };
+        let formats = Formats { tiff, pdf };
         let estimate = Estimate::of(&job, formats, open, separation, settings.ink_ml_m2)?;
         if inks.dimmed() > 0.0 {
             let percent = inks.dimmed() * 100.0;

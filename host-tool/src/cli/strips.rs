@@ -8,7 +8,8 @@ use serde::Serialize;
 use thiserror::Error;
 use vitrine::build_folder::{self, GrowingFilms, Inputs, film_bytes, growing_place};
 use vitrine::config::{Exhibit, FrameSetting};
-use vitrine::design::{self, StripDesign};
+use vitrine::design::{self, DesignError, Method, StripDesign};
+use vitrine::stack::Stack;
 use vitrine::volume::InkDepth;
 
 use super::design::{DesignFailure, stoppable};
@@ -88,10 +89,18 @@ pub(super) fn design_by_strips(
     let request = request.ok_or(DesignFailure::Memory { needed_mib, allowed_mib })?;
     let (stop, settings) = (request.small.stop.clone(), request.small.clone());
     let progress = &mut Progress::new(output.is_json());
-    let begun = Instant::now();
-    let (strips, small) =
-        stoppable(path, &stop, || StripDesign::prepare(request, &mut |step| progress.report(step)))?;
-    let foretold = foretell(exhibit, &strips, &small, depth, begun.elapsed().as_secs_f64());
+    let (strips, small, seconds) = stoppable(path, &stop, || {
+        let begun = Instant::now();
+        let (strips, small) = StripDesign::prepare(request, &mut |step| progress.report(step))?;
+        let seconds = match settings.settings.method {
+            Method::LeastSquares => {
+                begun.elapsed().as_secs_f64() * enlargement(&stack, &small) * strips.solved_part()
+            }
+            Method::Product => seconds_of_a_strip(&strips, depth)? * strips.strips() as f64,
+        };
+        Ok((strips, small, seconds))
+    })?;
+    let foretold = foretell(exhibit, &strips, &small, depth, seconds);
     if dry_run {
         return Ok(Outcome::Foretold(foretold));
     }
@@ -136,7 +145,20 @@ fn refuse_what_needs_whole_films(exhibit: &Exhibit) -> Result<(), StripsFailure>
     }
 }
 
-/// Extrapolates from the exhibit in small, whose design took `seconds`.
+/// How many pixels a film has for each of the exhibit in small.
+fn enlargement(stack: &Stack, small: &design::Design) -> f64 {
+    stack.film_len() as f64 / (small.volume.width() * small.volume.height()) as f64
+}
+
+/// How long the strip in the middle takes: all that the exhibit in small does beside it is done once.
+fn seconds_of_a_strip(strips: &StripDesign, depth: InkDepth) -> Result<f64, DesignError> {
+    let begun = Instant::now();
+    let strip = strips.strip(strips.strips() / 2, &mut |_| ())?;
+    film_bytes(&strip, depth);
+    Ok(begun.elapsed().as_secs_f64())
+}
+
+/// Extrapolates from the exhibit in small; all strips take about `seconds`.
 fn foretell(
     exhibit: &Exhibit,
     strips: &StripDesign,
@@ -146,7 +168,7 @@ fn foretell(
 ) -> Foretold {
     let stack = exhibit.film_stack();
     let volume = &small.volume;
-    let larger = stack.film_len() as f64 / (volume.width() * volume.height()) as f64;
+    let larger = enlargement(&stack, small);
     let area_m2 = stack.width_mm * stack.height_mm() * 1e-6 * stack.films as f64;
     let mean = |channel: usize| {
         let values = volume.channel(channel);
@@ -157,7 +179,7 @@ fn foretell(
         strips: strips.strips(),
         rows,
         bytes: (film_bytes(volume, depth) as f64 * larger) as u64,
-        minutes: seconds * larger * strips.solved_part() / 60.0,
+        minutes: seconds / 60.0,
         ink_ml: [0, 1, 2].map(|channel| mean(channel) * area_m2 * exhibit.print.ink_ml_m2),
     }
 }
@@ -185,11 +207,11 @@ impl std::fmt::Display for Foretold {
         let [red, green, blue] = self.ink_ml;
         write!(
             out,
-            "{} strips of {} rows: about {:.1} GB of films, {:.0} minutes, ink {red:.2} + {green:.2} + {blue:.2} ml",
+            "{} strips of {} rows: about {:.2} GB of films, {:.0} minutes, ink {red:.2} + {green:.2} + {blue:.2} ml",
             self.strips,
             self.rows,
             self.bytes as f64 / 1e9,
-            self.minutes
+            self.minutes.ceil()
         )
     }
 }

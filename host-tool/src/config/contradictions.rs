@@ -32,11 +32,28 @@ pub(super) fn find(exhibit: &Exhibit, root: &DeTable<'_>, problems: &mut Problem
     find_in_closed_days(exhibit, &places, problems);
     doses::find(exhibit, &calendar, &moments, &places, problems);
     sights::find(exhibit, &places, problems);
+    find_inks_balanced_twice(exhibit, &places, problems);
     if exhibit.object.is_some() && exhibit.design.adapt {
         let message =
             "`adapt` changes pictures so that they agree with each other, and knows nothing of the object";
         let help = "leave `adapt` out where there is an [object]";
         problems.push(contradiction(places.key("design", "adapt"), message.to_owned(), help));
+    }
+    if exhibit.object.is_some() && exhibit.print.levels.is_some() {
+        let message = "`levels` chooses ink anew everywhere, and an object's ink is what its model says";
+        let help =
+            "leave `levels` out where there is an [object], and let `halftone` in [print] lay out the dots";
+        problems.push(contradiction(places.key("print", "levels"), message.to_owned(), help));
+    }
+}
+
+/// A design that gives weak inks more, and sheets that give strong ones less, make the weak ones too bright.
+fn find_inks_balanced_twice(exhibit: &Exhibit, places: &Places<'_>, problems: &mut Problems) {
+    let differ = |yields: [f64; 3]| yields.iter().any(|ink| *ink != yields[0]);
+    if differ(exhibit.stack.ink_yields) && differ(exhibit.print.ink.yields) {
+        let message = "the inks are balanced twice: by `ink_yields` in the design, and by `yields` in [print] on the sheets";
+        let help = "leave `ink_yields` out, or give `yields = [1.0, 1.0, 1.0]` in [print] for sheets with the design's own values";
+        problems.push(contradiction(places.key("stack", "ink_yields"), message.to_owned(), help));
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 use vitrine_exhibit::plan::calendar::MAX_RULES;
 
-use super::exhibit::Exhibit;
+use super::exhibit::{Exhibit, StackSettings};
 use super::object::{self, ObjectSettings};
 use super::problem::{ConfigError, Problem, Problems};
 use super::reader::{AskedKey, TableReader};
@@ -69,6 +69,16 @@ fn syntax_problem(error: &toml::de::Error) -> Problem {
     )
 }
 
+/// The wanted white where the file has none.
+const BRIGHTNESS: f64 = 0.4;
+
+/// The wanted white where the file has none, and an object. A surface has the light of the film that it lies on, or of
+/// two where it is steep: with white as bright as two films of full ink it stands out, and pictures around it are still
+/// as true as without it.
+fn brightness_around_an_object(stack: &StackSettings) -> f64 {
+    (2.0 / f64::from(stack.films)).clamp(0.01, BRIGHTNESS)
+}
+
 /// Reads every table. The exhibit is only of use where no problem was noted.
 fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Problems) -> Exhibit {
     let mut reader = TableReader::new("exhibit.toml", Some(root), 0..0);
@@ -89,7 +99,9 @@ fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Problems) -> Exhi
     let name = tables::exhibit(exhibit, problems);
     let stack = tables::stack(stack, problems);
     let viewer = tables::viewer(viewer, &stack, problems);
-    let design = tables::design(design, problems);
+    let has_object = root.contains_key("object");
+    let usual_brightness = if has_object { brightness_around_an_object(&stack) } else { BRIGHTNESS };
+    let design = tables::design(design, usual_brightness, problems);
     let print = tables::print(print, folder, problems);
     let lamps = tables::lamps(lamps, problems);
     let visitors = visitors::visitors(visitors, problems);
@@ -107,7 +119,6 @@ fn read_root(root: &DeTable<'_>, folder: &Path, problems: &mut Problems) -> Exhi
         let help = format!("the controller's plan holds {MAX_RULES}: a rule may name several days");
         reader.report(Problem::new("vitrine::config::too_many_rules", 0..0, message, "", help));
     }
-    let has_object = root.contains_key("object");
     let object = if has_object { object::object(object, folder, problems) } else { None };
     let surroundings =
         tables::Surroundings { folder, stack: &stack, viewer: &viewer, design: &design, has_object };

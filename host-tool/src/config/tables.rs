@@ -169,7 +169,11 @@ pub(super) fn viewer(
 }
 
 /// `[design]`. Without absorption there are no errors of hands and viewers either, unless the file says so.
-pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Problems) -> DesignSettings {
+pub(super) fn design(
+    mut reader: TableReader<'_>,
+    usual_brightness: f64,
+    problems: &mut Problems,
+) -> DesignSettings {
     let method = reader.choice(
         "method",
         &[("least-squares", MethodSetting::LeastSquares), ("product", MethodSetting::Product)],
@@ -183,7 +187,11 @@ pub(super) fn design(mut reader: TableReader<'_>, problems: &mut Problems) -> De
         method: method.unwrap_or(MethodSetting::LeastSquares),
         optics,
         tone: tone.unwrap_or(ToneSetting::Linear),
-        brightness: reader.number("brightness", 0.4, bounds(0.01, 1.0, "more is brighter, less is truer")),
+        brightness: reader.number(
+            "brightness",
+            usual_brightness,
+            bounds(0.01, 1.0, "more is brighter, less is truer"),
+        ),
         misplacement_um: reader.number(
             "misplacement_um",
             expected(defaults.misplacement_um),

@@ -9,10 +9,14 @@ use thiserror::Error;
 
 use super::curve_file::{CurveFile, InkCurve};
 use super::wedge::{COVERAGES, wedge};
-use crate::chart::{ChartError, Field, Found, Reading, Sample, find, plane, read_patches};
+use crate::chart::{ChartError, Field, Found, Reading, Sample, find_rather_than, plane, read_patches};
+use crate::experiment::films;
 use crate::picture::Picture;
 use crate::volume::CHANNELS;
 
+/// What to do with a photograph of the other chart.
+const CIRCLES: &str =
+    "these are the circles that tell of films: measure them with `vitrine experiment films --fit`";
 /// Names of the inks, in the channels' order.
 const NAMES: [&str; CHANNELS] = ["red", "green", "blue"];
 /// The part of a patch that may be at the channel's end: reflections of dust.
@@ -88,7 +92,7 @@ pub enum CalibrateError {
 /// When the wedge is not found in it, or is too bright, too dark or too uneven to be measured.
 pub fn calibrate(photograph: &Picture, name: &str) -> Result<Calibration, CalibrateError> {
     let (light, chart) = (photograph.decoded(), wedge());
-    let found = find(&light, &chart)?;
+    let found = find_rather_than(&light, &chart, (&films::chart(), CIRCLES))?;
     let readings = read_patches(&light, &chart, &found);
     let mut samples = Vec::new();
     for ink in 0..CHANNELS {

@@ -13,11 +13,14 @@
 //! - the coverages of a spot add up to no more than the ink limit;
 //! - what needs more is mapped along the line to black, which keeps its hue: see [`Gamut`];
 //! - an ink's light by its coverage is a [`Curve`], measured from a printed wedge or [`Curve::quenching`].
+//!
+//! [`profile()`] says the same as an ICC profile, for programs that want one.
 
 mod calibrate;
 mod curve;
 mod curve_file;
 mod mask;
+mod profile;
 mod screen;
 mod separate;
 mod sheets;
@@ -26,6 +29,7 @@ mod wedge;
 pub use calibrate::{CalibrateError, Calibration, calibrate};
 pub use curve::{Curve, CurveError};
 pub use curve_file::{CurveFile, CurveFileError, InkCurve};
+pub use profile::{ProfileSpace, profile};
 pub use screen::{Halftone, Screen, Screens};
 pub use separate::{Dots, Gamut, Inks, Separator};
 pub use sheets::SheetInks;

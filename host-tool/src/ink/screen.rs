@@ -66,7 +66,7 @@ impl Screens {
             order: ORDERS[film % ORDERS.len()],
             carried: match self.halftone {
                 Halftone::BlueNoise => Vec::new(),
-                Halftone::ErrorDiffusion => vec![[0.0; CHANNELS]; 2 * (width + 2)],
+                Halftone::ErrorDiffusion => vec![[0.0; CHANNELS]; width],
             },
         }
     }
@@ -99,7 +99,7 @@ pub struct Screen {
     screens: Screens,
     placement: Placement,
     order: [usize; CHANNELS],
-    /// Errors for the row at hand and the next, with a dot more on either side; empty for blue noise.
+    /// Of each dot, the errors for the row at hand; empty for blue noise.
     carried: Vec<[f32; CHANNELS]>,
 }
 
@@ -147,47 +147,48 @@ impl Screen {
         }
     }
 
+    /// An error's parts go to the next dot and to three of the next row, which gathers each where this row's own is read
+    /// last: `carried` holds one value for each dot.
     fn by_error(
         &mut self,
         row: usize,
         thresholds: &[f32; SIDE],
         coverages: [&[f32]; CHANNELS],
-        mut levels: [&mut [u8]; CHANNELS],
+        levels: [&mut [u8]; CHANNELS],
     ) {
         let top = f32::from(self.screens.top);
         let width = coverages[0].len();
-        // The row's own errors lie before the next one's.
-        let carried = &mut self.carried;
-        let below = width + 2;
-        let rightward = row.is_multiple_of(2);
+        let coverages = self.order.map(|ink| &coverages[ink][..width]);
+        let mut levels = levels.map(Some);
+        let mut levels = self.order.map(|ink| &mut levels[ink].take().unwrap_or_default()[..width]);
+        let carried = &mut self.carried[..width];
+        let backward = !row.is_multiple_of(2);
+        // What the next dot gets, and what the dots below the last and below the next have so far.
+        let [mut ahead, mut below_last, mut below_next] = [[0.0_f32; CHANNELS]; 3];
+        let mut last = None;
         for step in 0..width {
-            let column = if rightward { step } else { width - 1 - step };
-            let due: [f32; CHANNELS] = [0, 1, 2].map(|ink| coverages[ink][column] + carried[column + 1][ink]);
-            let behind = self
-                .order
-                .into_iter()
-                .fold(self.order[0], |most, ink| if due[ink] > due[most] { ink } else { most });
+            let column = if backward { width - 1 - step } else { step };
+            let due = [0, 1, 2].map(|ink| coverages[ink][column] + carried[column][ink] + ahead[ink]);
+            let second_leads = due[1] > due[0];
+            let third_leads = due[2] > if second_leads { due[1] } else { due[0] };
+            let leads = [!second_leads && !third_leads, second_leads && !third_leads, third_leads];
             let unrest = (thresholds[column % SIDE] - 0.5) * 2.0 * UNREST;
-            let level = (due.iter().sum::<f32>() * top + 0.5 + unrest).floor().clamp(0.0, top);
-            let mut error = due;
-            error[behind] -= level / top;
-            for (ink, plane) in levels.iter_mut().enumerate() {
-                plane[column] = if ink == behind { level as u8 } else { 0 };
+            let level = ((due[0] + due[1] + due[2]) * top + 0.5 + unrest).floor().clamp(0.0, top);
+            let error = [0, 1, 2].map(|ink| due[ink] - if leads[ink] { level / top } else { 0.0 });
+            for ink in 0..CHANNELS {
+                levels[ink][column] = if leads[ink] { level as u8 } else { 0 };
             }
-            let (ahead, back) = if rightward { (column + 2, column) } else { (column, column + 2) };
-            for (place, weight) in [
-                (ahead, 7.0 / 16.0),
-                (below + back, 3.0 / 16.0),
-                (below + column + 1, 5.0 / 16.0),
-                (below + ahead, 1.0 / 16.0),
-            ] {
-                for ink in 0..CHANNELS {
-                    carried[place][ink] += weight * error[ink];
-                }
+            let shared = |part: f32| error.map(|error| part / 16.0 * error);
+            let plus =
+                |one: [f32; CHANNELS], other: [f32; CHANNELS]| [0, 1, 2].map(|ink| one[ink] + other[ink]);
+            if let Some(last) = last.replace(column) {
+                carried[last] = plus(below_last, shared(3.0));
             }
+            (below_last, below_next, ahead) = (plus(below_next, shared(5.0)), shared(1.0), shared(7.0));
         }
-        carried.copy_within(below.., 0);
-        carried[below..].fill([0.0; CHANNELS]);
+        if let Some(last) = last {
+            carried[last] = below_last;
+        }
     }
 }
 

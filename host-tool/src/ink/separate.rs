@@ -113,6 +113,11 @@ impl Separator {
         self.shares
     }
 
+    /// Light of each ink by its coverage.
+    pub fn curves(&self) -> &[Curve; CHANNELS] {
+        &self.curves
+    }
+
     /// Separates a row: `film` and `planes` are red, green and blue values of equal length; film values outside 0..=1
     /// count as the nearest in it. Gives the number of spots that the limit has dimmed.
     pub fn separate(&self, film: [&[f32]; CHANNELS], planes: [&mut [f32]; CHANNELS]) -> usize {

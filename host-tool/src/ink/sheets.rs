@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use super::profile::{ProfileSpace, profile};
 use super::screen::{Screen, Screens};
 use super::separate::Separator;
 use crate::print;
@@ -27,6 +28,12 @@ impl SheetInks {
         Self { separator, screens, spots: AtomicU64::new(0), dimmed: AtomicU64::new(0) }
     }
 
+    /// The profiles of the inks of these `names`; none where the values are coverages already, whose light is unknown.
+    pub fn profiles(&self, names: &[String; CHANNELS]) -> Option<print::Profiles> {
+        let of = |space| Some(profile(self.separator.as_ref()?, names, space));
+        Some(print::Profiles { samples: of(ProfileSpace::Samples)?, inks: of(ProfileSpace::Inks)? })
+    }
+
     /// The part of the pixels separated so far that the ink limit has dimmed, 0..=1.
     pub fn dimmed(&self) -> f64 {
         let spots = self.spots.load(Ordering::Relaxed).max(1);
@@ -46,6 +53,10 @@ impl print::Separation for SheetInks {
         }
         self.spots.fetch_add(pixels.len() as u64, Ordering::Relaxed);
         self.dimmed.fetch_add(dimmed, Ordering::Relaxed);
+    }
+
+    fn is_binary(&self) -> bool {
+        self.screens.as_ref().is_some_and(|screens| screens.top() == 1)
     }
 
     fn halftone(&self, film: usize) -> Option<Box<dyn print::Halftone>> {

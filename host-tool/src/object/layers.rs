@@ -157,12 +157,11 @@ impl Layers {
         self.on_film.iter().map(|count| count.load(Ordering::Relaxed)).collect()
     }
 
-    /// How many voxels hold a point.
-    pub fn voxels_taken(&self) -> u64 {
-        let chunks = self.voxels.par_chunks(VOXELS_AT_ONCE);
-        chunks
-            .map(|voxels| voxels.iter().filter(|voxel| voxel.load(Ordering::Relaxed) != 0).count() as u64)
-            .sum()
+    /// How many voxels of each film hold a point, film 1 first.
+    pub fn voxels_of_films(&self) -> Vec<u64> {
+        let films = self.voxels.par_chunks(self.stack.film_len());
+        let taken = |voxel: &&AtomicU32| voxel.load(Ordering::Relaxed) != 0;
+        films.map(|voxels| voxels.iter().filter(taken).count() as u64).collect()
     }
 
     /// Fills the inside of meshes, where that is wanted, with the colour of the surface before it; returns in how many
@@ -476,7 +475,7 @@ mod tests {
         let settings = ObjectSettings { point_mm: 0.6, ..in_mm() };
         // In the middle of a pixel: its four neighbours' middles are 0.25 mm away, the corners' 0.35 mm.
         let layers = layers(&settings, &[point([0.125, 0.125, 0.25])]);
-        assert_eq!(layers.voxels_taken(), 5);
+        assert_eq!(layers.voxels_of_films().iter().sum::<u64>(), 5);
         assert_eq!(layers.tally().on_films, 1);
     }
 
@@ -533,7 +532,7 @@ mod tests {
             }
             let layers = layers(&in_mm(), &points);
             prop_assert_eq!(layers.tally(), tally);
-            prop_assert_eq!(layers.voxels_taken(), wanted.len() as u64);
+            prop_assert_eq!(layers.voxels_of_films().iter().sum::<u64>(), wanted.len() as u64);
             let volume = layers.volume(Tone::Code);
             for ([layer, up, column], (_, colour)) in wanted {
                 let pixel = ((5 - up) * 8 + column) as usize;

@@ -21,5 +21,5 @@ pub use layers::{Layers, Tally};
 pub use model::{Model, ModelError, Place};
 pub use placement::Placement;
 pub use shape::Box3;
-pub use slice::{ObjectReport, Sliced, slice};
+pub use slice::{ObjectReport, Sliced, foretold, slice};
 pub use views::Shown;

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use serde::{Deserialize, Serialize};
 
 use crate::build_folder::portable_name;
-use crate::config::{HiddenSetting, ObjectSettings};
+use crate::config::{Exhibit, HiddenSetting, ObjectSettings};
 use crate::stack::Stack;
 
 use super::hidden::{self, Sight};
@@ -40,6 +40,8 @@ pub struct ObjectReport {
     pub tally: Tally,
     /// Voxels with ink: several points in one voxel are one.
     pub voxels: u64,
+    /// Voxels with ink on each film, film 1 first.
+    pub voxels_of_films: Vec<u64>,
     /// Voxels that were taken away because no view sees them.
     pub hidden_voxels: u64,
     /// Points that went to each film, film 1 first.
@@ -59,6 +61,23 @@ impl ObjectReport {
             format!("{:<16} {}; {} voxels with ink{hidden}", self.model, self.tally.in_words(), self.voxels);
         std::iter::once(&voxels).chain(&self.notes).cloned().collect::<Vec<_>>().join("\n")
     }
+}
+
+/// What can be said of an object in the stack of `exhibit` before it is designed.
+pub fn foretold(exhibit: &Exhibit, report: &ObjectReport) -> String {
+    let counts: Vec<String> = report.voxels_of_films.iter().map(u64::to_string).collect();
+    let seen = match exhibit.is_object_alone() {
+        true => "its brightest hundredth is shown as white".to_owned(),
+        false => {
+            let films = exhibit.design.brightness * f64::from(exhibit.stack.films);
+            format!(
+                "white of the pictures around it is the light of {films:.1} films of full ink, so that a surface on one film has \
+                 {:.0} % of it",
+                100.0 / films
+            )
+        }
+    };
+    format!("voxels of films {}\n{seen}", counts.join(" "))
 }
 
 /// Lays the model at `path` into the films of `stack`, which is looked at from `sights`.
@@ -100,7 +119,8 @@ pub fn slice(
         HiddenSetting::Keep => 0,
         HiddenSetting::Remove => hidden::remove(&layers, stack, sights),
     };
-    let voxels = layers.voxels_taken();
+    let voxels_of_films = layers.voxels_of_films();
+    let voxels: u64 = voxels_of_films.iter().sum();
     if voxels == 0 {
         return Err(ModelError::Empty {
             path: path.to_owned(),
@@ -118,6 +138,7 @@ pub fn slice(
         size_mm,
         tally,
         voxels,
+        voxels_of_films,
         hidden_voxels,
         points_of_films: layers.points_of_films(),
         notes,

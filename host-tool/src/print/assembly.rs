@@ -67,7 +67,7 @@ pub(super) fn sheet(job: &PrintJob, open: OpenFilm<'_>) -> Result<Vec<u8>, Print
         pages.push(page(&mut file, tree, content, &references[shown..last], shown)?);
         shown = last;
     }
-    Ok(file.end(tree, &pages, &format!("{}: assembly", job.request.exhibit))?)
+    Ok(file.end(tree, &pages, &format!("{}: assembly", job.request.exhibit), None)?)
 }
 
 fn page(

@@ -63,7 +63,7 @@ impl Estimate {
         let blank = Deflater::new().piece(&vec![0; 1 << 20]).compressed_len() as f64 / f64::from(1 << 20);
         // An empty dot has as many bytes before compression as any.
         let blank_bytes = (sheet_dots - dots).max(0.0) * blank * 2.0 * CHANNELS as f64;
-        let tiff = if formats.tiff { film_bytes + blank_bytes } else { 0.0 };
+        let tiff = if formats.tiff.is_some() { film_bytes + blank_bytes } else { 0.0 };
         let pdf = if formats.pdf { film_bytes } else { 0.0 };
         let area_m2 = stack.width_mm * stack.height_mm() * 1e-6 * stack.films as f64;
         let coverage = look.coverage();
@@ -93,7 +93,7 @@ fn worked_dots(job: &PrintJob, formats: Formats) -> f64 {
             (tops.len() * (stack.height_px + MARKED_ROWS) * sheet.width) as f64
         })
         .sum();
-    films + if formats.tiff { sheets } else { 0.0 }
+    films + if formats.tiff.is_some() { sheets } else { 0.0 }
 }
 
 /// What was seen on some films.

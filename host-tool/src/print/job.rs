@@ -32,6 +32,17 @@ pub struct PrintRequest {
     pub mirrored: bool,
     /// Diameter of the pins that hold the films.
     pub pin_mm: f64,
+    /// ICC profiles to put into the sheets.
+    pub profiles: Option<Profiles>,
+}
+
+/// What the numbers on sheets are to a colour management: ICC profiles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profiles {
+    /// Of a TIFF's RGB samples.
+    pub samples: Vec<u8>,
+    /// Of the three inks' coverages.
+    pub inks: Vec<u8>,
 }
 
 /// Why sheets cannot be laid out.
@@ -99,6 +110,7 @@ impl PrintRequest {
             marks: print.marks,
             mirrored: print.mirrored,
             pin_mm: print.pin_mm,
+            profiles: None,
         }
     }
 }

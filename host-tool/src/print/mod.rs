@@ -18,15 +18,16 @@ mod pdf;
 mod raster;
 mod rows;
 mod separation;
+mod strips;
 mod tiff;
 mod write;
 
 pub use chart::ChartFilm;
 pub use dots::{DotAxis, INCH_MM, Resolution, TooCoarse};
 pub use estimate::Estimate;
-pub use job::{LayoutError, PlacedFilm, PrintJob, PrintRequest};
+pub use job::{LayoutError, PlacedFilm, PrintJob, PrintRequest, Profiles};
 pub use layout::{Arrangement, PaperTooSmall};
 pub use paper::{PAPERS, Paper, UnknownPaper};
 pub use rows::OpenFilm;
 pub use separation::{AsDesigned, Halftone, Separation};
-pub use write::{FORMAT, Formats, PrintError, SheetFile, SheetsFile, check_sheets_place};
+pub use write::{FORMAT, Formats, PrintError, SheetFile, SheetsFile, TiffForm, check_sheets_place};

@@ -1,4 +1,5 @@
-//! Sheets as PDF files: films as 16-bit pictures of their dots, marks as outlines.
+//! Sheets as PDF files: films as pictures of their dots, of one bit where a halftone fills or leaves them, else of 16
+//! bits; marks as outlines.
 //!
 //! The three inks are a DeviceN colour space under the names in exhibit.toml, 1 for full ink, so that a raster image
 //! processor puts each into its channel; what shows no inks shows them as paint on paper. Pictures lie on the printer's
@@ -7,23 +8,23 @@
 use std::io::{self, Write};
 
 use kurbo::PathEl;
-use pdf_writer::types::Predictor;
+use pdf_writer::types::{OutputIntentSubtype, Predictor};
 use pdf_writer::{Chunk, Content, Filter, Finish, Name, Rect, Ref, TextStr};
-use rayon::prelude::*;
 
 use super::dots::INCH_MM;
 use super::drawing::Drawing;
 use super::job::{PrintJob, Sheet};
-use super::rows::{OpenFilm, SheetRows};
+use super::rows::OpenFilm;
 use super::separation::Separation;
+use super::strips::{RowForm, Strip, strips};
 use super::write::PrintError;
-use crate::deflate::{Deflater, Piece, Stream};
+use crate::deflate::{Deflater, Stream};
 use crate::volume::CHANNELS;
 
 /// PDF's unit, the point, in an inch.
 const INCH_POINTS: f64 = 72.0;
 /// Bytes of dots in one picture: films with more become several pictures, one below the other.
-const PICTURE_BYTES: usize = 1 << 28;
+const PICTURE_BYTES: usize = 1 << 27;
 
 /// Points of a length in mm.
 pub(super) fn points(mm: f64) -> f64 {
@@ -74,14 +75,40 @@ impl<W: Write> PdfFile<W> {
         Ok(id)
     }
 
-    /// Writes the pages' root, the catalogue, the title and the table of objects.
-    pub(super) fn end(mut self, tree: Ref, pages: &[Ref], title: &str) -> io::Result<W> {
+    /// Writes the ICC profile of the inks.
+    fn profile(&mut self, profile: &[u8]) -> io::Result<Ref> {
+        let mut stream = Stream::new();
+        stream.push(&Deflater::new().piece(profile));
+        let (id, bytes) = (self.reserve(), stream.finish());
+        self.object(id, |chunk| {
+            chunk.icc_profile(id, &bytes).n(CHANNELS as i32).filter(Filter::FlateDecode);
+        })?;
+        Ok(id)
+    }
+
+    /// Writes the pages' root, the catalogue with the inks' `profile`, the title and the table of objects.
+    pub(super) fn end(
+        mut self,
+        tree: Ref,
+        pages: &[Ref],
+        title: &str,
+        profile: Option<&[u8]>,
+    ) -> io::Result<W> {
+        let profile = profile.map(|profile| self.profile(profile)).transpose()?;
         let (catalog, information) = (self.reserve(), self.reserve());
         self.object(tree, |chunk| {
             chunk.pages(tree).kids(pages.iter().copied()).count(pages.len() as i32);
         })?;
         self.object(catalog, |chunk| {
-            chunk.indirect(catalog).start::<pdf_writer::writers::Catalog<'_>>().pages(tree);
+            let mut catalog = chunk.indirect(catalog).start::<pdf_writer::writers::Catalog<'_>>();
+            catalog.pages(tree);
+            if let Some(profile) = profile {
+                let mut intents = catalog.output_intents();
+                let mut intent = intents.push();
+                intent.subtype(OutputIntentSubtype::PDFX).dest_output_profile(profile);
+                intent.output_condition_identifier(TextStr("Custom"));
+                intent.info(TextStr("Fluorescent inks under ultraviolet light"));
+            }
         })?;
         self.object(information, |chunk| {
             let mut dictionary = chunk.indirect(information).dict();
@@ -158,7 +185,8 @@ pub(super) fn write<W: Write>(
         }
     })?;
     let title = format!("{}, sheet {} of {}", job.request.exhibit, index + 1, job.sheets.len());
-    file.end(tree, &[page], &title)?;
+    let profile = job.request.profiles.as_ref().map(|profiles| profiles.inks.as_slice());
+    file.end(tree, &[page], &title, profile)?;
     Ok(())
 }
 
@@ -195,59 +223,46 @@ fn film_pictures<W: Write>(
 ) -> Result<Vec<(Ref, usize)>, PrintError> {
     let sheet = job.alone(film);
     let samples = sheet.width * CHANNELS;
-    let most_rows = (PICTURE_BYTES / (2 * samples)).max(1);
-    let rows = SheetRows::new(job, &sheet);
+    let (bits, form) = match separation.is_binary() {
+        true => (1, RowForm { bytes: samples.div_ceil(8), put: single_bits }),
+        false => (16, RowForm { bytes: 1 + 2 * samples, put: differences }),
+    };
+    let most_rows = (PICTURE_BYTES / form.bytes).max(1);
     let mut pictures = Vec::new();
-    let mut stream = Stream::new();
-    let mut held = 0;
-    rows.each(open, separation, &mut |batch| {
-        let workspace = || (Deflater::new(), vec![0u16; samples], vec![0u8; 2 * samples + 1]);
-        let pieces: Vec<Piece> = batch
-            .par_iter()
-            .map_init(workspace, |(deflater, dots, bytes), row| {
-                rows.paint(row, dots);
-                differences(dots, bytes);
-                deflater.piece(bytes)
-            })
-            .collect();
-        for (piece, row) in pieces.iter().zip(batch) {
-            for _ in 0..row.repeat {
-                stream.push(piece);
-                held += 1;
-                if held == most_rows {
-                    let full = std::mem::replace(&mut stream, Stream::new());
-                    pictures.push((picture(file, &sheet, held, space, full)?, held));
-                    held = 0;
-                }
-            }
-        }
-        Ok::<(), PrintError>(())
+    strips((job, &sheet), open, separation, form, most_rows, &mut |strip| {
+        pictures.push((picture(file, (sheet.width, bits), &strip, space)?, strip.rows));
+        Ok(())
     })?;
-    if held > 0 {
-        pictures.push((picture(file, &sheet, held, space, stream)?, held));
-    }
     Ok(pictures)
 }
 
 fn picture<W: Write>(
     file: &mut PdfFile<W>,
-    sheet: &Sheet,
-    rows: usize,
+    (width, bits): (usize, i32),
+    strip: &Strip,
     space: Ref,
-    stream: Stream,
 ) -> io::Result<Ref> {
-    let (id, bytes) = (file.reserve(), stream.finish());
+    let id = file.reserve();
     file.object(id, |chunk| {
-        let mut picture = chunk.image_xobject(id, &bytes);
-        picture.width(sheet.width as i32).height(rows as i32).bits_per_component(16);
+        let mut picture = chunk.image_xobject(id, &strip.bytes);
+        picture.width(width as i32).height(strip.rows as i32).bits_per_component(bits);
         picture.pair(Name(b"ColorSpace"), space);
         picture.filter(Filter::FlateDecode);
-        let mut how = picture.decode_parms();
-        how.predictor(Predictor::PngSub).colors(CHANNELS as i32).bits_per_component(16);
-        how.columns(sheet.width as i32);
-        how.finish();
+        if bits > 1 {
+            let mut how = picture.decode_parms();
+            how.predictor(Predictor::PngSub).colors(CHANNELS as i32).bits_per_component(bits);
+            how.columns(width as i32);
+        }
     })?;
     Ok(id)
+}
+
+/// A bit for each sample, the first one highest: 1 for ink.
+fn single_bits(dots: &[u16], bytes: &mut [u8]) {
+    for (byte, samples) in bytes.iter_mut().zip(dots.chunks(8)) {
+        let bits = samples.iter().enumerate().map(|(at, sample)| u8::from(*sample > 0) << (7 - at));
+        *byte = bits.fold(0, |byte, bit| byte | bit);
+    }
 }
 
 /// The row's bytes less those of the dot to the left, as PNG's filter 1 has them, high bytes first.

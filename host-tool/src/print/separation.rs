@@ -6,6 +6,9 @@ pub trait Separation: Sync {
     /// the amounts of the three channels.
     fn separate(&self, film: usize, row: usize, samples: &mut [u16]);
 
+    /// Whether every dot of a halftone is full or empty.
+    fn is_binary(&self) -> bool;
+
     /// The halftone of one film, where there is one. Without it every dot of a pixel gets the pixel's amounts.
     fn halftone(&self, film: usize) -> Option<Box<dyn Halftone>>;
 }
@@ -22,6 +25,10 @@ pub struct AsDesigned;
 
 impl Separation for AsDesigned {
     fn separate(&self, _film: usize, _row: usize, _samples: &mut [u16]) {}
+
+    fn is_binary(&self) -> bool {
+        false
+    }
 
     fn halftone(&self, _film: usize) -> Option<Box<dyn Halftone>> {
         None

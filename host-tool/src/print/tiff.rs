@@ -3,19 +3,18 @@
 //! A sample is 65,535 less the ink: white where there is none, so that the sheet looks like paper in every viewer, and a
 //! printer whose channels for cyan, magenta and yellow carry the three inks lays them as they are without any colour
 //! management. Strips are compressed by Deflate with horizontal differencing (TIFF 6.0, sections 14 and the technical
-//! note on compression 8). Files that may grow beyond 4 GiB are BigTIFF.
+//! note on compression 8). Files that may grow beyond 2 GiB, where many readers of plain TIFF end, are BigTIFF.
 
 use std::io::{Seek, Write};
 
-use rayon::prelude::*;
 use tiff::encoder::{DirectoryEncoder, Rational, TiffEncoder, TiffKind, TiffKindBig, TiffKindStandard};
 use tiff::tags::Tag;
 
 use super::job::{PrintJob, Sheet};
-use super::rows::{OpenFilm, SheetRows};
+use super::rows::OpenFilm;
 use super::separation::Separation;
-use super::write::PrintError;
-use crate::deflate::{Deflater, Piece, Stream};
+use super::strips::{RowForm, strips};
+use super::write::{PrintError, TiffForm};
 use crate::volume::CHANNELS;
 
 /// Bytes of dots in a strip, about.
@@ -27,9 +26,8 @@ const CLASSIC_BYTES: u64 = 1 << 31;
 /// Writes `sheet`, the one of this index.
 pub(super) fn write<W: Write + Seek>(
     out: W,
-    job: &PrintJob,
-    index: usize,
-    sheet: &Sheet,
+    (job, index, sheet): (&PrintJob, usize, &Sheet),
+    form: TiffForm,
     open: OpenFilm<'_>,
     separation: &dyn Separation,
 ) -> Result<(), PrintError> {
@@ -37,7 +35,7 @@ pub(super) fn write<W: Write + Seek>(
     let pixels = sheet.films.len() as u64 * job.request.stack.width_px as u64 * job.down.dots() as u64;
     let halftoned = separation.halftone(0).is_some();
     let most = if halftoned { sheet.width as u64 * sheet.height as u64 * 6 } else { pixels * 9 };
-    if most > CLASSIC_BYTES {
+    if form == TiffForm::Big || most > CLASSIC_BYTES {
         let encoder = TiffEncoder::new_generic(out).map_err(PrintError::Tiff)?;
         write_kind::<W, TiffKindBig>(encoder, job, index, sheet, open, separation)
     } else {
@@ -55,27 +53,13 @@ fn write_kind<W: Write + Seek, K: TiffKind>(
     separation: &dyn Separation,
 ) -> Result<(), PrintError> {
     let mut directory = encoder.image_directory().map_err(PrintError::Tiff)?;
-    let rows = SheetRows::new(job, sheet);
-    let mut strips = Strips::new(&mut directory, sheet);
-    let samples = sheet.width * CHANNELS;
-    rows.each(open, separation, &mut |batch| {
-        let workspace = || (Deflater::new(), vec![0u16; samples], vec![0u8; 2 * samples]);
-        let pieces: Vec<Piece> = batch
-            .par_iter()
-            .map_init(workspace, |(deflater, dots, bytes), row| {
-                rows.paint(row, dots);
-                differences(dots, bytes);
-                deflater.piece(bytes)
-            })
-            .collect();
-        for (piece, row) in pieces.iter().zip(batch) {
-            for _ in 0..row.repeat {
-                strips.push(piece)?;
-            }
-        }
-        Ok::<(), PrintError>(())
+    let (mut offsets, mut lengths) = (Vec::new(), Vec::new());
+    let form = RowForm { bytes: 2 * sheet.width * CHANNELS, put: differences };
+    strips((job, sheet), open, separation, form, rows_per_strip(sheet), &mut |strip| {
+        lengths.push(strip.bytes.len() as u64);
+        offsets.push(directory.write_data(strip.bytes.as_slice()).map_err(PrintError::Tiff)?);
+        Ok(())
     })?;
-    let (offsets, lengths) = strips.finish()?;
     describe(&mut directory, job, index, sheet, &offsets, &lengths).map_err(PrintError::Tiff)
 }
 
@@ -89,51 +73,6 @@ fn differences(dots: &[u16], bytes: &mut [u8]) {
     }
     for ((pair, left), here) in rest.iter_mut().zip(dots).zip(&dots[CHANNELS..]) {
         put(pair, left.wrapping_sub(*here));
-    }
-}
-
-/// Rows gathered into strips.
-struct Strips<'a, 'd, W: Write + Seek, K: TiffKind> {
-    directory: &'a mut DirectoryEncoder<'d, W, K>,
-    rows_per_strip: usize,
-    strip: Stream,
-    rows: usize,
-    offsets: Vec<u64>,
-    lengths: Vec<u64>,
-}
-
-impl<'a, 'd, W: Write + Seek, K: TiffKind> Strips<'a, 'd, W, K> {
-    fn new(directory: &'a mut DirectoryEncoder<'d, W, K>, sheet: &Sheet) -> Self {
-        let rows_per_strip = rows_per_strip(sheet);
-        Self {
-            directory,
-            rows_per_strip,
-            strip: Stream::new(),
-            rows: 0,
-            offsets: Vec::new(),
-            lengths: Vec::new(),
-        }
-    }
-
-    fn push(&mut self, piece: &Piece) -> Result<(), PrintError> {
-        self.strip.push(piece);
-        self.rows += 1;
-        if self.rows == self.rows_per_strip { self.end_strip() } else { Ok(()) }
-    }
-
-    fn end_strip(&mut self) -> Result<(), PrintError> {
-        let bytes = std::mem::replace(&mut self.strip, Stream::new()).finish();
-        self.lengths.push(bytes.len() as u64);
-        self.offsets.push(self.directory.write_data(bytes.as_slice()).map_err(PrintError::Tiff)?);
-        self.rows = 0;
-        Ok(())
-    }
-
-    fn finish(mut self) -> Result<(Vec<u64>, Vec<u64>), PrintError> {
-        if self.rows > 0 {
-            self.end_strip()?;
-        }
-        Ok((self.offsets, self.lengths))
     }
 }
 
@@ -179,6 +118,9 @@ fn describe<W: Write + Seek, K: TiffKind>(
     directory.write_tag(Tag::ResolutionUnit, INCHES)?;
     directory.write_tag(Tag::Software, concat!("vitrine ", env!("CARGO_PKG_VERSION")))?;
     directory.write_tag(Tag::Predictor, DIFFERENCES)?;
+    if let Some(profiles) = &request.profiles {
+        directory.write_tag(Tag::IccProfile, profiles.samples.as_slice())?;
+    }
     Ok(())
 }
 

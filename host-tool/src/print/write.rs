@@ -17,10 +17,19 @@ use crate::build_folder::{OpenError, WholeFolder};
 /// The files that are written for each sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Formats {
-    /// 16-bit TIFF.
-    pub tiff: bool,
+    /// 16-bit TIFF, if any.
+    pub tiff: Option<TiffForm>,
     /// PDF.
     pub pdf: bool,
+}
+
+/// Which kind of TIFF is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TiffForm {
+    /// BigTIFF where the file may grow beyond 2 GiB, plain TIFF else.
+    Fitting,
+    /// BigTIFF always.
+    Big,
 }
 
 /// Why films cannot be printed.
@@ -65,6 +74,8 @@ pub enum PrintError {
     Tiff(#[source] ::tiff::TiffError),
 }
 
+/// The inks' ICC profile beside the sheets.
+const PROFILE: &str = "inks.icc";
 /// What marks a folder of sheets.
 pub const FORMAT: &str = "vitrine-sheets";
 
@@ -82,6 +93,9 @@ pub struct SheetsFile {
     dpi_y: f64,
     mirrored: bool,
     inks: [String; 3],
+    /// The file of the inks' ICC profile, where one was wanted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    profile: Option<&'static str>,
     /// A film's picture.
     pub film_dots: [usize; 2],
     film_pixels: [usize; 2],
@@ -110,7 +124,7 @@ impl PrintJob {
         let request = &self.request;
         let sheets = self.sheets.iter().enumerate().map(|(index, sheet)| {
             let (width_mm, height_mm) = sheet.size_mm(request.resolution);
-            let endings = [(formats.tiff, "tif"), (formats.pdf, "pdf")];
+            let endings = [(formats.tiff.is_some(), "tif"), (formats.pdf, "pdf")];
             let written = endings.into_iter().filter(|ending| ending.0);
             SheetFile {
                 files: written.map(|(_, ending)| sheet_name(index, ending)).collect(),
@@ -129,6 +143,7 @@ impl PrintJob {
             dpi_y: request.resolution.dpi_y,
             mirrored: request.mirrored,
             inks: request.inks.clone(),
+            profile: request.profiles.as_ref().map(|_| PROFILE),
             film_dots: [width, height],
             film_pixels: [request.stack.width_px, request.stack.height_px],
             waste: self.waste,
@@ -162,12 +177,12 @@ impl PrintJob {
         };
         tell(0);
         for (index, sheet) in self.sheets.iter().enumerate() {
-            if formats.tiff {
+            if let Some(form) = formats.tiff {
                 let name = sheet_name(index, "tif");
                 let file = folder.create(&name).map_err(PrintError::Output);
                 file.and_then(|file| {
                     let mut out = BufWriter::new(file);
-                    tiff::write(&mut out, self, index, sheet, open, separation)?;
+                    tiff::write(&mut out, (self, index, sheet), form, open, separation)?;
                     Ok(finish(out)?)
                 })
                 .map_err(at(place.join(&name)))?;
@@ -187,8 +202,10 @@ impl PrintJob {
         }
         let assembly = assembly::sheet(self, open)?;
         let described = serde_json::to_vec_pretty(&description).map_err(io::Error::other)?;
-        for (name, bytes) in [("assembly.pdf", assembly), ("sheets.json", described)] {
-            folder.write(name, &bytes).map_err(PrintError::Output).map_err(at(place.join(name)))?;
+        let profile = self.request.profiles.as_ref().map(|profiles| profiles.inks.clone());
+        let files = [("assembly.pdf", Some(assembly)), ("sheets.json", Some(described)), (PROFILE, profile)];
+        for (name, bytes) in files.iter().filter_map(|(name, bytes)| Some((*name, bytes.as_deref()?))) {
+            folder.write(name, bytes).map_err(PrintError::Output).map_err(at(place.join(name)))?;
         }
         tell(1);
         check_sheets_place(place)?;

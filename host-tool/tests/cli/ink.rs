@@ -90,6 +90,25 @@ fn photographs_that_cannot_be_measured_are_refused_and_leave_nothing() {
 }
 
 #[test]
+fn a_photograph_of_the_other_chart_is_sent_to_the_command_that_measures_it() {
+    let workshop = Workshop::new();
+    wedge_photograph(0.8).write_png(&workshop.path("wedge.png")).unwrap();
+    photograph(&films::chart(), |coverage, _| 0.8 * coverage)
+        .write_png(&workshop.path("circles.png"))
+        .unwrap();
+    for (arguments, advice) in [
+        (&["experiment", "films", "--fit", "wedge.png", "--side", "lamp"][..], "vitrine calibrate"),
+        (&["calibrate", "circles.png", "-o", "curves.toml"], "vitrine experiment films --fit"),
+    ] {
+        let finished = workshop.run(arguments);
+        assert_eq!(finished.code, Some(1), "{}", finished.stderr);
+        for text in ["vitrine::chart::exchanged", advice] {
+            assert!(finished.stderr.contains(text), "{text}: {}", finished.stderr);
+        }
+    }
+}
+
+#[test]
 fn materials_are_listed_with_their_sources() {
     let workshop = Workshop::new();
     let listed: Value = serde_json::from_str(&workshop.succeed(&["materials", "--json"])).unwrap();

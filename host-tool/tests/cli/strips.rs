@@ -56,6 +56,24 @@ fn the_product_by_strips_is_the_whole_product_and_the_plan_names_it() {
 }
 
 #[test]
+fn a_report_of_an_exhibit_in_small_says_so() {
+    let workshop = Workshop::new();
+    large(&workshop, "");
+    let text = fs::read_to_string(workshop.path("exhibit.toml")).unwrap().replace("[256, 320]", "[20, 640]");
+    workshop.write("exhibit.toml", text);
+    let told = workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    let report = json(&workshop, "build/report.json");
+    assert_eq!(report["in_small"], serde_json::json!({ "pixels": [16, 512], "film_pixels": [20, 640] }));
+    let page = fs::read_to_string(workshop.path("build/report.html")).unwrap();
+    for text in [told, page] {
+        assert!(
+            text.contains("in small, with films of 16 x 512 pixels; the films in the folder have 20 x 640"),
+            "{text}"
+        );
+    }
+}
+
+#[test]
 fn what_it_takes_is_foretold_and_what_needs_whole_films_refused() {
     let workshop = Workshop::new();
     large(&workshop, "");

@@ -58,7 +58,8 @@ pub(super) fn page(parts: &PageParts<'_>) -> String {
             body {
                 header {
                     h1 { (report.name) }
-                    p { (stack_in_words(parts.exhibit)) }
+                    p { (stack_in_words(parts.exhibit, report)) }
+                    @if let Some(small) = report.in_small { p { strong { (small.in_words()) } } }
                     (key_figures(report))
                 }
                 main {
@@ -94,9 +95,10 @@ fn policy() -> String {
     )
 }
 
-fn stack_in_words(exhibit: &Exhibit) -> String {
+fn stack_in_words(exhibit: &Exhibit, report: &Report) -> String {
     let stack = &exhibit.stack;
-    let [width, height] = stack.pixels;
+    let shown = stack.pixels.map(|pixels| pixels as usize);
+    let [width, height] = report.in_small.map_or(shown, |small| small.film_pixels);
     let viewer = match exhibit.viewer.distance_mm {
         Some(distance_mm) => format!("seen from {distance_mm} mm"),
         None => "seen from far away".to_owned(),

@@ -8,10 +8,13 @@ use miette::Diagnostic;
 use thiserror::Error;
 
 use super::chart::{COVERED, chart, column_of};
-use crate::chart::{ChartError, Field, Found, Reading, Sample, find, plane, read_patches};
+use crate::chart::{ChartError, Field, Found, Reading, Sample, find_rather_than, plane, read_patches};
+use crate::ink::wedge;
 use crate::picture::Picture;
 use crate::volume::CHANNELS;
 
+/// What to do with a photograph of the other chart.
+const WEDGE: &str = "this is the wedge that tells of inks: measure it with `vitrine calibrate`";
 /// Light of bare circles below which there is too little to measure.
 const FAINT: f64 = 0.03;
 /// The part of a circle that may be at the channel's end.
@@ -85,7 +88,7 @@ pub enum FitError {
 pub fn fit(photograph: &Picture) -> Result<FilmFit, FitError> {
     const NAMES: [&str; CHANNELS] = ["red", "green", "blue"];
     let (light, chart) = (photograph.decoded(), chart());
-    let found = find(&light, &chart)?;
+    let found = find_rather_than(&light, &chart, (&wedge(), WEDGE))?;
     let readings = read_patches(&light, &chart, &found);
     let place = |reading: &Reading| {
         (2.0 * reading.patch.x_mm / chart.width_mm - 1.0, 2.0 * reading.patch.y_mm / chart.height_mm - 1.0)

@@ -88,6 +88,18 @@ pub enum ModelError {
         /// How long it is.
         length: u64,
     },
+    /// A mesh has more vertices than are kept in memory.
+    #[error("the mesh {} has more than {most} vertices, and these are kept in memory", path.display())]
+    #[diagnostic(
+        code("vitrine::model::too_many_vertices"),
+        help("simplify the mesh, or convert it to STL, whose triangles are read piece by piece")
+    )]
+    TooManyVertices {
+        /// The file.
+        path: PathBuf,
+        /// The most that a mesh may have.
+        most: usize,
+    },
     /// There is nothing in a model, or nothing of it lies in the stack.
     #[error("nothing of {} is on the films: {why}", path.display())]
     #[diagnostic(code("vitrine::model::empty"), help("{help}"))]

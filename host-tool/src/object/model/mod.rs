@@ -30,6 +30,8 @@ use obj::Obj;
 
 pub use error::{ModelError, Place};
 
+/// Vertices of a mesh that are kept in memory at most: 2 GiB of them.
+const MOST_VERTICES: usize = 1 << 26;
 /// Points that are handed on at once.
 const POINTS_AT_ONCE: usize = 1024;
 /// Triangles that are handed on at once, and those that one task of the thread pool takes.

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use super::beside::{path_beside, texture_at};
 use super::error::ModelError;
 use super::text::Lines;
-use super::{TriangleBatch, open};
+use super::{MOST_VERTICES, TriangleBatch, open};
 use crate::object::shape::{Corner, Point, Sink, UNCOLOURED};
 use crate::object::texture::Texture;
 use crate::picture::srgb_decode;
@@ -96,6 +96,11 @@ impl Obj {
 
     /// Reads the model into `sink`.
     pub(super) fn read(&self, sink: &dyn Sink) -> Result<Vec<String>, ModelError> {
+        self.read_within(MOST_VERTICES, sink)
+    }
+
+    /// Reads the model, of at most so many vertices and texture places, into `sink`.
+    pub(super) fn read_within(&self, most: usize, sink: &dyn Sink) -> Result<Vec<String>, ModelError> {
         let mut notes = self.notes.clone();
         let mut mesh = Mesh::default();
         let mut unknown: Option<String> = None;
@@ -120,6 +125,9 @@ impl Obj {
                 _ => Ok(()),
             };
             done.map_err(|what| lines.damaged(what))?;
+            if mesh.vertices.len().max(mesh.texture_places.len()) > most {
+                return Err(ModelError::TooManyVertices { path: self.path.clone(), most });
+            }
         }
         batch.flush();
         if mesh.faces == 0 && mesh.points == 0 {

@@ -181,6 +181,18 @@ fn ply_that_is_wrong_is_refused_with_its_place() {
 }
 
 #[test]
+fn a_mesh_of_more_vertices_than_are_kept_is_refused() {
+    let header = "ply\nformat ascii 1.0\nelement vertex 67108865\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    assert!(refused("a.ply", header).contains("more than 67108864 vertices"), "{}", refused("a.ply", header));
+    let mesh = OnDisk::new("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let Content::Obj(model) = Model::open(&mesh.path).unwrap().content else { panic!("{:?}", mesh.path) };
+    let kept = Kept::default();
+    assert!(model.read_within(3, &kept).is_ok());
+    assert!(matches!(model.read_within(2, &kept), Err(ModelError::TooManyVertices { most: 2, .. })));
+}
+
+#[test]
 fn ply_that_claims_more_than_its_bytes_is_refused_before_anything_is_read() {
     let whole = binary_ply(false);
     let claims = |count: &str| {

@@ -9,7 +9,7 @@ mod source;
 use std::path::Path;
 
 use super::error::{ModelError, Place};
-use super::{POINTS_AT_ONCE, TriangleBatch, block_points, open};
+use super::{MOST_VERTICES, POINTS_AT_ONCE, TriangleBatch, block_points, open};
 use crate::object::shape::{Corner, Point, Sink, UNCOLOURED};
 use header::{Element, Encoding, Header, Kind};
 use source::Source;
@@ -30,6 +30,10 @@ pub(super) fn read(path: &Path, sink: &dyn Sink) -> Result<Vec<String>, ModelErr
     }
     let vertices = VertexColumns::of(path, &header)?;
     let has_faces = header.elements.iter().any(|element| element.name == "face" && element.count > 0);
+    let vertex_count = |element: &Element| if element.name == "vertex" { element.count } else { 0 };
+    if has_faces && header.elements.iter().map(vertex_count).any(|count| count > MOST_VERTICES as u64) {
+        return Err(ModelError::TooManyVertices { path: path.to_owned(), most: MOST_VERTICES });
+    }
     let mut mesh = has_faces.then(Vec::new);
     let mut source = Source::new(path, &header, reader, length);
     for element in &header.elements {
