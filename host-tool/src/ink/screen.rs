@@ -160,7 +160,7 @@ impl Screen {
         let width = coverages[0].len();
         let coverages = self.order.map(|ink| &coverages[ink][..width]);
         let mut levels = levels.map(Some);
-        let mut levels = self.order.map(|ink| &mut levels[ink].take().unwrap_or_default()[..width]);
+        let levels = self.order.map(|ink| &mut levels[ink].take().unwrap_or_default()[..width]);
         let carried = &mut self.carried[..width];
         let backward = !row.is_multiple_of(2);
         // What the next dot gets, and what the dots below the last and below the next have so far.

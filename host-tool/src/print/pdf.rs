@@ -9,7 +9,7 @@ use std::io::{self, Write};
 
 use kurbo::PathEl;
 use pdf_writer::types::{OutputIntentSubtype, Predictor};
-use pdf_writer::{Chunk, Content, Filter, Finish, Name, Rect, Ref, TextStr};
+use pdf_writer::{Chunk, Content, Filter, Name, Rect, Ref, TextStr};
 
 use super::dots::INCH_MM;
 use super::drawing::Drawing;

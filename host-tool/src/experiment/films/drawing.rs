@@ -35,6 +35,9 @@ fn band(canvas: &mut Canvas, films: Transmittance, side: Side, top: u32, middle:
     };
     let title = format!("{place}: {:.1} % a film", films.of(side) * 100.0);
     canvas.caption(&title, middle, top, &FONT_9X18_BOLD);
+    // The circles lie on one dark film.
+    let film = [CELL * (MOST_FILMS as u32 + 1), ROWS * CELL];
+    canvas.picture(&RgbImage::new(film[0], film[1]), [GAP, top + HEAD - 5], film);
     for count in 0..=MOST_FILMS {
         let left = GAP + count as u32 * CELL;
         let part = films.behind(count, side);

@@ -9,7 +9,8 @@ use std::path::Path;
 
 use las::raw::Header;
 use laz::laszip::LazItemType;
-use laz::{DecompressionSelection, LasZipDecompressor, LazItemRecordBuilder, LazVlr};
+use laz::laszip::{ChunkTable, ChunkTableEntry};
+use laz::{DecompressionSelection, LasZipDecompressor, LazItemRecordBuilder, LazVlr, ParLasZipDecompressor};
 
 use super::Records;
 use crate::object::model::error::{ModelError, Place};
@@ -20,9 +21,15 @@ const RECORD_HEAD: u64 = 54;
 /// The most variable length records that are looked through.
 const MOST_RECORDS: u32 = 100_000;
 
+/// The most bytes of a chunk, compressed or not, for several to be decompressed at once.
+const LARGEST_CHUNK: u64 = 64 << 20;
+
 /// Compressed points, one after the other.
-pub(super) struct Compressed {
-    points: LasZipDecompressor<'static, BufReader<File>>,
+pub(super) enum Compressed {
+    /// Chunk by chunk.
+    InTurn(Box<LasZipDecompressor<'static, BufReader<File>>>),
+    /// Several chunks at once, where a table tells of all of them and none is large.
+    AtOnce(ParLasZipDecompressor<BufReader<File>>),
 }
 
 impl Compressed {
@@ -60,15 +67,28 @@ impl Compressed {
         }
         reader.seek(SeekFrom::Start(start)).map_err(unreadable)?;
         let wanted = DecompressionSelection(DecompressionSelection::Z | DecompressionSelection::RGB);
+        let table = ChunkTable::read_from(&mut reader, &description);
+        if table.is_ok_and(|table| is_sound(&table, records, length)) {
+            let mut reader = BufReader::new(open(path)?.0);
+            reader.seek(SeekFrom::Start(start)).map_err(unreadable)?;
+            // It does not know the oldest way, which has no chunks.
+            if let Ok(points) = ParLasZipDecompressor::selective(reader, description.clone(), wanted) {
+                return Ok(Self::AtOnce(points));
+            }
+        }
+        reader.seek(SeekFrom::Start(start)).map_err(unreadable)?;
         match LasZipDecompressor::selective(reader, description, wanted) {
-            Ok(points) => Ok(Self { points }),
+            Ok(points) => Ok(Self::InTurn(Box::new(points))),
             Err(error) => Err(ModelError::damaged(path, Place::Byte(start), error.to_string())),
         }
     }
 
     /// Decompresses as many records as the block has room for.
     pub(super) fn fill(&mut self, block: &mut [u8]) -> Result<(), String> {
-        self.points.decompress_many(block).map_err(|error| error.to_string())
+        match self {
+            Self::InTurn(points) => points.decompress_many(block).map_err(|error| error.to_string()),
+            Self::AtOnce(points) => points.decompress_many(block).map_err(|error| error.to_string()),
+        }
     }
 }
 
@@ -147,6 +167,19 @@ fn layers_of(item: LazItemType) -> u64 {
         LazItemType::Byte14(bytes) => u64::from(bytes),
         _ => 0,
     }
+}
+
+/// Whether the table tells of all points, of no more bytes than the file has, and of no large chunk.
+fn is_sound(table: &ChunkTable, records: &Records, length: u64) -> bool {
+    let chunks = table.as_ref();
+    let most = LARGEST_CHUNK / records.bytes as u64;
+    let is_small = |chunk: &ChunkTableEntry| {
+        chunk.byte_count <= LARGEST_CHUNK && (1..=most).contains(&chunk.point_count)
+    };
+    // Small chunks, of which there are less than 2^32, have sums that fit.
+    chunks.iter().all(is_small)
+        && chunks.iter().map(|chunk| chunk.byte_count).sum::<u64>() <= length
+        && chunks.iter().map(|chunk| chunk.point_count).sum::<u64>() >= records.count
 }
 
 /// Holds the lengths of all chunks' layers against the file's; tells where one is too long.
