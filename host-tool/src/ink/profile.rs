@@ -41,14 +41,14 @@ const HEADER_BYTES: usize = 128;
 /// The profile of inks with these `names`, printed through `separator`, for the numbers of `space`.
 pub fn profile(separator: &Separator, names: &[String; CHANNELS], space: ProfileSpace) -> Vec<u8> {
     let light = Light::of(separator, space);
-    let (from_inks, to_inks) = (light.from_inks(), light.to_inks());
+    let (a_to_b, b_to_a) = (light.a_to_b(), light.b_to_a());
     let mut file = Tags::default();
     let title = format!("{} under ultraviolet light", names.join(", "));
     file.add(&[*b"desc"], text(&title));
     file.add(&[*b"cprt"], text("In the public domain"));
     file.add(&[*b"wtpt"], [&b"XYZ \0\0\0\0"[..], &WHITE.map(fixed).concat()].concat());
-    file.add(&[*b"A2B0", *b"A2B1", *b"A2B2"], from_inks);
-    file.add(&[*b"B2A0", *b"B2A1", *b"B2A2"], to_inks);
+    file.add(&[*b"A2B0", *b"A2B1", *b"A2B2"], a_to_b);
+    file.add(&[*b"B2A0", *b"B2A1", *b"B2A2"], b_to_a);
     file.add(&[*b"gamt"], light.gamut());
     let signature = match space {
         ProfileSpace::Samples => *b"RGB ",
@@ -79,7 +79,7 @@ impl<'a> Light<'a> {
     }
 
     /// A `lutAToBType`: curves, then the matrix.
-    fn from_inks(&self) -> Vec<u8> {
+    fn a_to_b(&self) -> Vec<u8> {
         let curves = self
             .curves
             .each_ref()
@@ -88,7 +88,7 @@ impl<'a> Light<'a> {
     }
 
     /// A `lutBToAType`: the matrix, then curves.
-    fn to_inks(&self) -> Vec<u8> {
+    fn b_to_a(&self) -> Vec<u8> {
         let curves = self
             .curves
             .each_ref()
@@ -282,18 +282,18 @@ mod tests {
             assert_eq!(bytes, profile(&separator, &names, space));
             let read = ColorProfile::new_from_slice(&bytes).unwrap();
             assert_eq!(read.color_space, wanted);
-            let [from_inks, to_inks] =
+            let [a_to_b, b_to_a] =
                 [read.lut_a_to_b_colorimetric, read.lut_b_to_a_colorimetric].map(Option::unwrap);
             for ink in 0..CHANNELS {
                 let fullest = f64::from(separator.curves()[ink].fullest());
                 for step in 0..=20 {
                     let coverage = f64::from(step) / 20.0 * fullest;
                     let number = if space == ProfileSpace::Inks { coverage } else { 1.0 - coverage };
-                    let light = looked_up(&from_inks, ink, number);
+                    let light = looked_up(&a_to_b, ink, number);
                     let wanted = f64::from(separator.curves()[ink].light(coverage as f32));
                     assert!((light - wanted).abs() < 1e-3, "{number}: {light}, not {wanted}");
                     // Where the curve is level, light tells coverages apart badly.
-                    let back = looked_up(&to_inks, ink, light);
+                    let back = looked_up(&b_to_a, ink, light);
                     assert!((back - number).abs() < 0.02, "{number}: {back}");
                 }
             }

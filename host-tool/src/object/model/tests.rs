@@ -181,6 +181,12 @@ fn ply_that_is_wrong_is_refused_with_its_place() {
 }
 
 #[test]
+fn a_gltf_of_the_version_before_is_named_as_such() {
+    let old = r#"{ "asset": { "version": "1.0.2" }, "accessors": {}, "meshes": {} }"#;
+    assert!(refused("a.gltf", old).contains("this is glTF of version 1"), "{}", refused("a.gltf", old));
+}
+
+#[test]
 fn a_mesh_of_more_vertices_than_are_kept_is_refused() {
     let header = "ply\nformat ascii 1.0\nelement vertex 67108865\nproperty float x\nproperty float y\nproperty float z\n\
         element face 1\nproperty list uchar int vertex_indices\nend_header\n";

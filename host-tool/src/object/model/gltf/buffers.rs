@@ -19,6 +19,13 @@ pub(super) struct Loaded {
     pub(super) files: Vec<PathBuf>,
 }
 
+/// Whether a document that cannot be read says that it is of the version before.
+fn is_of_version_1(document: &[u8]) -> bool {
+    let document: Option<serde_json::Value> = serde_json::from_slice(document).ok();
+    let version = document.as_ref().and_then(|document| document["asset"]["version"].as_str());
+    version.is_some_and(|version| version.starts_with("1."))
+}
+
 /// Reads the document at `path` and its buffers.
 pub(super) fn load(path: &Path) -> Result<Loaded, ModelError> {
     let bytes = read_whole(path)?;
@@ -32,7 +39,15 @@ pub(super) fn load(path: &Path) -> Result<Loaded, ModelError> {
         } else {
             Place::Line(error.line() as u64)
         };
-        ModelError::damaged(path, place, error.to_string())
+        match is_of_version_1(document) {
+            true => ModelError::Damaged {
+                path: path.to_owned(),
+                place,
+                what: "this is glTF of version 1".to_owned(),
+                help: "export the model again as glTF 2.0",
+            },
+            false => ModelError::damaged(path, place, error.to_string()),
+        }
     })?;
     let (mut buffers, mut files) = (Vec::new(), Vec::new());
     for (index, buffer) in root.buffers.iter().enumerate() {
