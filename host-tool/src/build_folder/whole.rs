@@ -174,6 +174,8 @@ pub fn write_file(place: &Path, bytes: &[u8]) -> io::Result<()> {
         let missing = format!("there is no folder {}", parent.display());
         return Err(io::Error::new(io::ErrorKind::NotFound, missing));
     }
+    // It says what is wrong without the name of an unfinished file.
+    try_beside(place)?;
     let mut builder = tempfile::Builder::new();
     builder.prefix(".vitrine-unfinished-");
     #[cfg(unix)]

@@ -46,9 +46,9 @@ enum SettingsFailure {
     #[error("{key} cannot be \"{value}\"")]
     #[diagnostic(code(vitrine::settings::value), help("give {wanted}"))]
     Value { key: &'static str, value: String, wanted: &'static str },
-    #[error("{source}")]
+    #[error("{0}")]
     #[diagnostic(code(vitrine::settings::bounds), help("give a value within those bounds"))]
-    Bounds { source: SettingsError },
+    Bounds(SettingsError),
 }
 
 /// One setting as a person reads and writes it.
@@ -185,7 +185,7 @@ fn changed(before: &Kept, assignments: &[(String, String)]) -> Result<Kept, Sett
             return Err(SettingsFailure::Value { key, value, wanted: entry.wanted });
         }
     }
-    after.check().map_err(|source| SettingsFailure::Bounds { source })?;
+    after.check().map_err(SettingsFailure::Bounds)?;
     Ok(after)
 }
 
@@ -260,6 +260,6 @@ mod tests {
         ] {
             assert!(matches!(set(key, value), Err(SettingsFailure::Value { .. })), "{key} {value}");
         }
-        assert!(matches!(set("top_beta_kelvin", "1999"), Err(SettingsFailure::Bounds { .. })));
+        assert!(matches!(set("top_beta_kelvin", "1999"), Err(SettingsFailure::Bounds(_))));
     }
 }

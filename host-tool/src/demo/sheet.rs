@@ -121,7 +121,11 @@ fn draw_walk(canvas: &mut Canvas, layout: &Layout, exhibit: &Exhibit, volume: &V
         let middle = left + layout.frame[0] / 2;
         let below = top + layout.frame[1] + 4;
         let shown = moment.view.as_deref().unwrap_or("neutral pair");
-        canvas.caption(&format!("{:+.0}\u{b0} {shown}", moment.viewer_deg), middle, below, font);
+        let angle = match moment.viewer_deg.round() {
+            0.0 => "0".to_owned(),
+            angle => format!("{angle:+.0}"),
+        };
+        canvas.caption(&format!("{angle}\u{b0} {shown}"), middle, below, font);
         let lamps = format!("{:.0} % / {:.0} %", 100.0 * moment.top, 100.0 * moment.bottom);
         canvas.caption(&lamps, middle, below + 15, font);
     }

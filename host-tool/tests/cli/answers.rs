@@ -52,6 +52,18 @@ fn hold(arguments: &[&str], validator: &Validator, answer: &Value) {
 }
 
 #[test]
+fn wrong_usage_is_told_in_json_too() {
+    let workshop = super::support::Workshop::new();
+    for arguments in [&["status", "--to", "tcp:", "--json"][..], &["polish", "--json"], &["view", "--json"]] {
+        let finished = workshop.run(arguments);
+        assert_eq!((finished.code, finished.stdout.as_str()), (Some(2), ""), "{arguments:?}");
+        assert_eq!(documents(&finished.stderr)[0]["code"], "vitrine::cli::usage", "{arguments:?}");
+    }
+    let help = workshop.succeed(&["status", "--help"]);
+    assert!(help.contains("Examples:"), "{help}");
+}
+
+#[test]
 fn an_answer_that_is_not_as_published_is_found() {
     let lies = |stdout: &str, code: i32| {
         let finished = Finished { code: Some(code), stdout: stdout.to_owned(), stderr: String::new() };

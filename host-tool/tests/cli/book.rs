@@ -20,13 +20,13 @@ fn book() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("book/src")
 }
 
-/// The lines of a chapter's `sh` blocks.
-fn commands(text: &str) -> Vec<String> {
+/// The lines of a chapter's blocks of this kind.
+fn commands(text: &str, kind: &str) -> Vec<String> {
     let mut inside = false;
     let mut commands = Vec::new();
     for line in text.lines() {
         match (inside, line) {
-            (false, "```sh") => inside = true,
+            (false, line) if line.strip_prefix("```") == Some(kind) => inside = true,
             (true, "```") => inside = false,
             (true, command) => commands.push(command.to_owned()),
             _ => {}
@@ -52,7 +52,7 @@ fn the_books_commands_work() {
     chapters(&book(), &mut paths);
     let mut run = 0;
     for path in paths {
-        let commands = commands(&std::fs::read_to_string(&path).unwrap());
+        let commands = commands(&std::fs::read_to_string(&path).unwrap(), "sh");
         if commands.is_empty() {
             continue;
         }
@@ -84,6 +84,28 @@ fn the_books_commands_work() {
     }
     assert!(run >= 30, "{run}");
     assert!(SMALL.contains("coffee"));
+}
+
+/// What runs on or takes long is not run, but the command line takes it.
+#[test]
+fn every_command_that_the_book_and_the_readme_name_is_one() {
+    let workshop = Workshop::new();
+    let mut paths = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")];
+    chapters(&book(), &mut paths);
+    let mut named = std::collections::BTreeSet::new();
+    for path in paths {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let in_blocks = commands(&text, "text");
+        named.extend(in_blocks.iter().filter_map(|line| line.strip_prefix("vitrine ")).map(str::to_owned));
+        let spans = text.split("`vitrine ").skip(1).filter_map(|rest| rest.split_once('`'));
+        let command = |span: &str| span.split_whitespace().next().map(str::to_owned);
+        named.extend(spans.filter_map(|(span, _)| command(span)).filter(|word| word != "COMMAND"));
+    }
+    assert!(named.len() > 20, "{named:?}");
+    for command in named {
+        let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();
+        workshop.succeed(&words);
+    }
 }
 
 #[test]
