@@ -45,13 +45,14 @@ pub use stop::Stop;
 pub use strips::{PictureRows, StripDesign, StripRequest, rows_within};
 
 use crate::volume::Volume;
+use optimise::Lighting;
 
 /// Designs the volume and the lamp pairs that the request asks for; `report` is told how far it is.
 ///
 /// # Errors
 /// When the request cannot be met as it stands, with the field and the remedy, and when it is asked to stop.
 pub fn design(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Result<Design, DesignError> {
-    design_around(request, None, report)
+    Ok(design_about(request, None, &[], report)?.0)
 }
 
 /// As [`design`], around ink that stays as it is; the patterns must show it where it is seen.
@@ -63,16 +64,39 @@ pub fn design_around(
     fixed: Option<&FixedInk>,
     report: &mut dyn FnMut(Progress),
 ) -> Result<Design, DesignError> {
+    Ok(design_about(request, fixed, &[], report)?.0)
+}
+
+/// As [`design_about`], where nobody watches: on a thread of the pool, which need not wait for the others every time
+/// that work is shared.
+fn design_unwatched(
+    request: &DesignRequest,
+    known: &[Lighting],
+) -> Result<(Design, Option<Lighting>), DesignError> {
+    rayon::scope(|_| design_about(request, None, known, &mut |_| ()))
+}
+
+/// As [`design_around`], from lightings that are known to be near the best, if any; returns the one that was found,
+/// where lighting is part of the method.
+fn design_about(
+    request: &DesignRequest,
+    fixed: Option<&FixedInk>,
+    known: &[Lighting],
+    report: &mut dyn FnMut(Progress),
+) -> Result<(Design, Option<Lighting>), DesignError> {
     request.check()?;
-    let mut volume = match request.settings.method {
-        Method::Product => product(request, report),
-        Method::LeastSquares => joint::solve(request, fixed, report),
+    let (mut volume, lighting) = match request.settings.method {
+        Method::Product => (product(request, report), None),
+        Method::LeastSquares => {
+            let (volume, lighting) = joint::solve(request, fixed, known, report);
+            (volume, Some(lighting))
+        }
     };
     request.go_on()?;
     if let Some(fixed) = fixed {
         fixed.put_into(&mut volume);
     }
-    finish(request, volume, report)
+    Ok((finish(request, volume, report)?, lighting))
 }
 
 /// Finds the lamps for a volume that is given, and measures what it shows beside the patterns.

@@ -94,11 +94,20 @@ impl Emission {
             return glow;
         }
         let mut light = glow.into_owned();
-        for (channel, part) in self.yields.into_iter().enumerate() {
-            light.channel_mut(channel).par_iter_mut().for_each(|value| *value *= part);
+        let size = (light.width(), light.height());
+        for channel in 0..CHANNELS {
+            self.spread_light(light.channel_mut(channel), channel, size);
         }
-        self.print.apply(&mut light);
         Cow::Owned(light)
+    }
+
+    /// Turns the glow of one channel's films, each of so many columns and rows, into its light.
+    pub(crate) fn spread_light(&self, films: &mut [f32], channel: usize, (width, height): (usize, usize)) {
+        let part = self.yields[channel];
+        if part != 1.0 {
+            films.par_iter_mut().for_each(|value| *value *= part);
+        }
+        self.print.apply(films, width, height);
     }
 
     /// Returns the light of a volume's ink.

@@ -209,16 +209,16 @@ impl Rays {
         }
     }
 
-    /// For views whose rows are apart: adds to `target` what the rows of all films (film, column) show.
+    /// For views whose rows are apart: adds to `target` what `line`, a row of film `film`, shows.
     #[inline(always)]
-    pub(crate) fn project_line(&self, lines: &[f32], weights: &[f32], target: &mut [f32]) {
-        for ((line, rays), &weight) in lines.chunks_exact(self.width).zip(&self.films).zip(weights) {
+    pub(crate) fn project_film_line(&self, film: usize, line: &[f32], weight: f32, target: &mut [f32]) {
+        if let Some(rays) = self.films.get(film) {
             rays.columns.add(line, weight, target);
         }
     }
 
     /// For views whose rows are apart: adds to `line`, a row of film `film`, the transpose of
-    /// [`Rays::project_line`] applied to `picture`.
+    /// [`Rays::project_film_line`] applied to `picture`.
     #[inline(always)]
     pub(crate) fn back_project_line(&self, film: usize, picture: &[f32], weight: f32, line: &mut [f32]) {
         if let Some(rays) = self.films.get(film) {

@@ -9,7 +9,6 @@
 use rayon::prelude::*;
 
 use crate::simd::vectorised;
-use crate::volume::Volume;
 
 /// The part of the light that may be left out at the far ends.
 const LEFT_OUT: f64 = 1e-3;
@@ -98,14 +97,12 @@ impl Spread {
         spread
     }
 
-    /// Spreads the light of every film of a volume.
-    pub(crate) fn apply(&self, volume: &mut Volume) {
-        if self.is_none() {
-            return;
+    /// Spreads the light of every film of so many columns and rows.
+    pub(crate) fn apply(&self, films: &mut [f32], width: usize, height: usize) {
+        if !self.is_none() {
+            let films = films.par_chunks_mut(width * height);
+            films.for_each(|film| film.copy_from_slice(&self.of_film(film, width)));
         }
-        let (width, size) = (volume.width(), volume.width() * volume.height());
-        let films = volume.values_mut().par_chunks_mut(size);
-        films.for_each(|film| film.copy_from_slice(&self.of_film(film, width)));
     }
 }
 

@@ -115,25 +115,9 @@ impl Volume {
 
     /// As [`Volume::quantise`], where row 0 of this volume is row `first_row` of the films.
     pub fn quantise_from(&mut self, depth: InkDepth, first_row: usize) {
-        let full = depth.full();
-        let size = self.width * self.height;
-        let (films, width) = (self.films, self.width);
-        for channel in self.values.chunks_mut((films * size).max(1)) {
-            let mut carried: Vec<f32> =
-                (0..size).map(|at| dither(at % width, first_row + at / width)).collect();
-            for film in channel.chunks_mut(size) {
-                let lines = film.par_chunks_mut(VALUES_AT_ONCE).zip(carried.par_chunks_mut(VALUES_AT_ONCE));
-                lines.for_each(|(values, carried)| {
-                    vectorised(
-                        #[inline(always)]
-                        || {
-                            for (value, carried) in values.iter_mut().zip(carried) {
-                                round(value, carried, full);
-                            }
-                        },
-                    );
-                });
-            }
+        let (size, width) = (self.width * self.height, self.width);
+        for channel in self.values.chunks_mut((self.films * size).max(1)) {
+            quantise_channel(channel, (size, width), depth, first_row);
         }
     }
 
@@ -204,6 +188,30 @@ impl Volume {
             }
         }
         Ok(())
+    }
+}
+
+/// As [`Volume::quantise_from`], for the films of one channel, each of `size` values in rows of `width`.
+pub(crate) fn quantise_channel(
+    films: &mut [f32],
+    (size, width): (usize, usize),
+    depth: InkDepth,
+    first_row: usize,
+) {
+    let full = depth.full();
+    let mut carried: Vec<f32> = (0..size).map(|at| dither(at % width, first_row + at / width)).collect();
+    for film in films.chunks_mut(size.max(1)) {
+        let lines = film.par_chunks_mut(VALUES_AT_ONCE).zip(carried.par_chunks_mut(VALUES_AT_ONCE));
+        lines.for_each(|(values, carried)| {
+            vectorised(
+                #[inline(always)]
+                || {
+                    for (value, carried) in values.iter_mut().zip(carried) {
+                        round(value, carried, full);
+                    }
+                },
+            );
+        });
     }
 }
 

@@ -1,8 +1,11 @@
 //! The bounded optimiser on the bundled photographs, on small films.
 
 mod common;
+#[path = "common/pages.rs"]
+mod pages;
 
 use common::{FOUR, THREE, request};
+use pages::{PAGES, pages};
 use vitrine::design::{
     Design, DesignError, DesignRequest, DesignSettings, HandErrors, Method, OpticsModel, SEED, Tone,
     as_built, design,
@@ -48,6 +51,15 @@ fn three_views_in_light() {
 #[test]
 fn four_views_about_both_axes() {
     assert_at_least(&solve(&request(&FOUR, PIXELS, ideal(Tone::Code))), 18.1, 16.0, 0.765);
+}
+
+#[test]
+fn two_pages_in_each_of_three_directions() {
+    let settings = DesignSettings { tone: Tone::Code, ..DesignSettings::default() };
+    let careless = settings.expecting(HandErrors::misplaced(0.0));
+    let mut wanted = request(&THREE, PIXELS, careless);
+    wanted.views = pages(&PAGES, PIXELS);
+    assert_at_least(&solve(&wanted), 17.4, 15.2, 0.76);
 }
 
 #[test]
@@ -117,12 +129,28 @@ fn a_design_that_is_asked_to_stop_does_so_at_once() {
 
 #[test]
 fn the_same_bytes_on_any_number_of_threads() {
-    let request = request(&FOUR, 48, DesignSettings { iterations: 20, ..DesignSettings::default() });
-    let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| solve(&request).volume)
-    };
-    let one = on(1);
-    assert_eq!(one, on(2));
-    assert_eq!(one, on(5));
+    let pools = [1, 2, 7]
+        .map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool"));
+    // Under the stack's own optics films lie astray, so their light spreads.
+    for (method, tone, optics, levels) in [
+        (Method::Product, Tone::Code, OpticsModel::Ideal, None),
+        (Method::Product, Tone::Linear, OpticsModel::Stack, None),
+        (Method::LeastSquares, Tone::Code, OpticsModel::Ideal, None),
+        (Method::LeastSquares, Tone::Code, OpticsModel::Stack, Some(4)),
+        (Method::LeastSquares, Tone::Linear, OpticsModel::Stack, None),
+    ] {
+        let settings =
+            DesignSettings { method, tone, optics, levels, iterations: 12, ..DesignSettings::default() };
+        // Rows are apart in the three views of code values under ideal optics.
+        for views in [&THREE[..], &FOUR[..]] {
+            let request = request(views, 40, settings.clone());
+            let [one, two, seven] = pools.each_ref().map(|pool| {
+                let designed = pool.install(|| solve(&request));
+                let figures: Vec<_> =
+                    designed.views.iter().map(|view| (view.quality, view.emphasis)).collect();
+                (designed.volume, figures)
+            });
+            assert!(one == two && one == seven, "{method:?}, {tone:?}, {optics:?}, {} views", views.len());
+        }
+    }
 }

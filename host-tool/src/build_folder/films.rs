@@ -60,6 +60,7 @@ fn encode_film(volume: &Volume, film: usize, depth: InkDepth) -> Result<Vec<u8>,
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&samples)?;
     writer.finish()?;
+    bytes.shrink_to_fit();
     Ok(bytes)
 }
 

@@ -23,7 +23,7 @@ use crate::emission::Emission;
 use crate::measure::structural_similarity;
 use crate::object::ObjectReport;
 use crate::picture::Picture;
-use crate::volume::InkDepth;
+use crate::volume::{InkDepth, Volume};
 use vitrine_exhibit::plan::{Plan, PlanError, ValidPlan};
 
 /// Why a build cannot be written.
@@ -153,7 +153,8 @@ impl Inputs {
     }
 }
 
-/// Writes the build of `design`, made from `inputs`, to `place`, whole or not at all.
+/// Writes the build of `design`, made from `inputs`, to `place`, whole or not at all. The design's volume is given back
+/// as soon as its films are encoded.
 ///
 /// # Errors
 /// Fails when `place` is taken by something else and when anything cannot be written; then `place` is as it was.
@@ -163,25 +164,32 @@ pub fn write(
     exhibit: &Exhibit,
     request: &DesignRequest,
     beside: Beside<'_>,
-    design: &Design,
+    mut design: Design,
 ) -> Result<Report, BuildError> {
     check_place(place)?;
     let depth = request.settings.ink_depth;
-    let films = films::encode(&design.volume, depth)?;
+    let named = films::encode(&design.volume, depth)?.into_iter().enumerate();
+    let named: Vec<(String, Vec<u8>)> = named.map(|(index, film)| (films::film_name(index), film)).collect();
     // The page adds up light.
     let light = Emission::of(&request.stack).light(&design.volume);
-    let films_of_the_page = match (depth, &light) {
-        (InkDepth::Eight, Cow::Borrowed(_)) => films.clone(),
-        _ => films::encode(&light, InkDepth::Eight)?,
+    let encoded_light = match (depth, &light) {
+        (InkDepth::Eight, Cow::Borrowed(_)) => None,
+        _ => Some(films::encode(&light, InkDepth::Eight)?),
     };
-    let named = films.into_iter().enumerate().map(|(index, film)| (films::film_name(index), film));
-    let named: BTreeMap<String, Vec<u8>> = named.collect();
+    drop(light);
+    let volume = std::mem::replace(&mut design.volume, Volume::new(0, 0, 0));
     let films = Films {
-        volume: design.volume.blake3(depth),
-        of_the_page: &films_of_the_page,
+        volume: volume.blake3(depth),
+        pixels: [volume.width(), volume.height()],
+        of_the_page: match &encoded_light {
+            Some(films) => films.iter().map(Vec::as_slice).collect(),
+            None => named.iter().map(|(_, film)| film.as_slice()).collect(),
+        },
         hashes: named.iter().map(|(name, bytes)| (name.clone(), hash(bytes))).collect(),
     };
-    let (report, mut files) = described(inputs, exhibit, request, beside, design, films)?;
+    drop(volume);
+    let (report, mut files) = described(inputs, exhibit, request, beside, &design, films)?;
+    drop(encoded_light);
     files.extend(named);
     write_files(place, &files)?;
     Ok(report)
@@ -204,7 +212,12 @@ pub fn write_grown(
     let grown = growing.finish()?;
     let light = Emission::of(&request.stack).light(&design.volume);
     let films_of_the_page = films::encode(&light, InkDepth::Eight)?;
-    let films = Films { volume: grown.volume, of_the_page: &films_of_the_page, hashes: grown.files };
+    let films = Films {
+        volume: grown.volume,
+        pixels: [light.width(), light.height()],
+        of_the_page: films_of_the_page.iter().map(Vec::as_slice).collect(),
+        hashes: grown.files,
+    };
     let (report, files) = described(inputs, exhibit, request, Beside::default(), design, films)?;
     for (name, bytes) in &files {
         let path = folder.join(name);
@@ -226,8 +239,10 @@ pub fn write_grown(
 struct Films<'a> {
     /// BLAKE3 of the volume.
     volume: [u8; 32],
+    /// Width and height of the films of the page.
+    pixels: [usize; 2],
     /// 8-bit PNG files; in small, where the films are large.
-    of_the_page: &'a [Vec<u8>],
+    of_the_page: Vec<&'a [u8]>,
     /// BLAKE3 of the files by their names.
     hashes: Vec<(String, String)>,
 }
@@ -270,13 +285,13 @@ fn described(
     let mut manifest = manifest(inputs, exhibit, depth, &files, films.hashes)?;
     // The page turns the films that it holds.
     let mut shown = exhibit.clone();
-    shown.stack.pixels = [design.volume.width() as u32, design.volume.height() as u32];
+    shown.stack.pixels = films.pixels.map(|pixels| pixels as u32);
     let page = page(&PageParts {
         exhibit: &shown,
         report: &report,
         plan: &plan,
         pictures: &pictures,
-        films: films.of_the_page,
+        films: &films.of_the_page,
         manifest: &manifest,
     });
     manifest.outputs.insert("report.html".to_owned(), hash(page.as_bytes()));

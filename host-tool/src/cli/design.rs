@@ -235,7 +235,7 @@ impl Source<'_> {
         let beside = Beside { given, as_built: Some(&as_built), object: report };
         let files = sliced.as_ref().map(|sliced| sliced.files.as_slice()).unwrap_or_default();
         let inputs = Inputs::new(exhibit, self.folder, self.exhibit_toml, files);
-        Ok(build_folder::write(place, &inputs, exhibit, wanted, beside, &designed)?)
+        Ok(build_folder::write(place, &inputs, exhibit, wanted, beside, designed)?)
     }
 
     /// Reads all that the design into the build folder `place` needs, and writes nothing.

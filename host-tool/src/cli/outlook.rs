@@ -35,8 +35,8 @@ impl Outlook {
             let points = with_frontier.then(|| frontier(&request, &mut |step| progress.report(step)));
             Ok(Self {
                 frontier: points.transpose()?,
-                prediction: predict(&request)?,
-                advice: advise(&request)?,
+                prediction: predict(&request, &mut |step| progress.report(step))?,
+                advice: advise(&request, &mut |step| progress.report(step))?,
             })
         })?)
     }

@@ -12,7 +12,7 @@
 //! division spares them. Each view's reluctance is the least with which its picture stays as similar to the
 //! given one as is asked. As soon as one picture gives way the others need not, so this is repeated.
 
-use super::design;
+use super::design_unwatched;
 use super::request::{DesignError, DesignRequest, Progress};
 use super::scale::{enlarged, reduced};
 use crate::measure::structural_similarity;
@@ -53,7 +53,7 @@ impl Adapted {
 /// to what it was.
 ///
 /// # Errors
-/// As [`design`].
+/// As [`design`](super::design).
 pub fn adapt(
     request: &DesignRequest,
     similarity: f64,
@@ -67,8 +67,10 @@ pub fn adapt(
         given.views.iter().map(|view| smoothed(&view.pattern, sigma_px)).collect();
     let mut small = given.clone();
     let mut offsets = Vec::new();
+    let mut lighting = None;
     for round in 0..ROUNDS {
-        let designed = design(&small, &mut |_| ())?;
+        let (designed, found) = design_unwatched(&small, lighting.as_slice())?;
+        lighting = found;
         let progress = Progress::at("adapting the pictures", round, ROUNDS);
         report(progress.reaching(designed.mean_psnr_db()));
         offsets = (0..given.views.len())
@@ -196,7 +198,7 @@ impl Gaussian {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::{DesignSettings, OpticsModel, Stop, Tone, ViewRequest};
+    use crate::design::{DesignSettings, OpticsModel, Stop, Tone, ViewRequest, design};
     use crate::optics::Direction;
     use crate::projection::ViewerDistance;
     use crate::stack::Stack;

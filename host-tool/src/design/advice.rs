@@ -2,12 +2,14 @@
 //!
 //! Every change is tried on a design in small; its gain is the difference to the same design without it.
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
+use vitrine_exhibit::units::Lamp;
 
 use super::adapt::adapt;
-use super::request::{DesignError, DesignRequest, ViewRequest};
+use super::optimise::Lighting;
+use super::request::{DesignError, DesignRequest, Progress, ViewRequest};
 use super::scale::reduced;
-use super::{Method, design};
+use super::{Method, design_unwatched};
 use crate::optics::Direction;
 use crate::picture::Picture;
 
@@ -15,10 +17,10 @@ use crate::picture::Picture;
 const SIDE_PX: usize = 40;
 /// Side, in pixels, of the designs on which the many pairings of pictures and directions are compared.
 const PAIRING_SIDE_PX: usize = 24;
-/// Up to this many views every pairing is tried; beyond it, pictures are swapped two by two.
-const MOST_VIEWS_PERMUTED: usize = 4;
 /// The most iterations of a design on which a change is tried.
-const TRIAL_ITERATIONS: usize = 60;
+const TRIAL_ITERATIONS: usize = 20;
+/// Side, in pixels, of the pictures that are adapted for a trial.
+const ADAPTED_SIDE_PX: usize = 256;
 /// How similar adapted pictures stay when advice tries them.
 const ADAPTED_SIMILARITY: f64 = 0.9;
 /// A change that gains less than this, in dB, is not worth a word.
@@ -87,6 +89,21 @@ pub struct Placement {
     pub horizontal_deg: f64,
     /// Angle above the stack's normal.
     pub vertical_deg: f64,
+    /// The only lamp under which it is shown, where its direction has pages.
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "by_name")]
+    pub lamp: Option<Lamp>,
+}
+
+/// The lamp as exhibit.toml names it.
+fn name(lamp: Lamp) -> &'static str {
+    match lamp {
+        Lamp::Top => "top",
+        Lamp::Bottom => "bottom",
+    }
+}
+
+fn by_name<S: Serializer>(lamp: &Option<Lamp>, serializer: S) -> Result<S::Ok, S::Error> {
+    lamp.map(name).serialize(serializer)
 }
 
 /// A view with a new exposure.
@@ -101,16 +118,22 @@ pub struct Exposed {
 /// Tries changes and returns those that gain, the best first.
 ///
 /// # Errors
-/// As [`design`].
-pub fn advise(request: &DesignRequest) -> Result<Vec<Advice>, DesignError> {
+/// As [`design`](super::design).
+pub fn advise(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Result<Vec<Advice>, DesignError> {
     request.check()?;
     let mut small = reduced(request, SIDE_PX);
     small.settings.iterations = small.settings.iterations.min(TRIAL_ITERATIONS);
-    let trial = Trial { before: Outcome::of(&small)?, small };
+    let (before, lighting) = Outcome::about(&small, &[])?;
+    let trial = Trial { before, lighting, small };
     let mut advice = Vec::new();
+    let mut tried = |step: usize| report(Progress::at("trying changes", step, 4));
+    tried(0);
     advice.extend(trial.directions(request)?);
+    tried(1);
     advice.extend(trial.adapted(request)?);
+    tried(2);
     advice.extend(trial.exposures()?);
+    tried(3);
     advice.extend(trial.angles()?);
     for factor in [1.5, 2.0] {
         let spacer_mm = (request.stack.spacer_mm.max(request.stack.film_mm) * factor * 100.0).round() / 100.0;
@@ -134,9 +157,10 @@ pub fn advise(request: &DesignRequest) -> Result<Vec<Advice>, DesignError> {
 struct Outcome(Vec<f64>);
 
 impl Outcome {
-    fn of(request: &DesignRequest) -> Result<Self, DesignError> {
-        let design = design(request, &mut |_| ())?;
-        Ok(Self(design.views.iter().map(|view| view.quality.psnr_db).collect()))
+    /// What `request` reaches from lightings that are near the best, if any; and its own lighting.
+    fn about(request: &DesignRequest, known: &[Lighting]) -> Result<(Self, Option<Lighting>), DesignError> {
+        let (design, lighting) = design_unwatched(request, known)?;
+        Ok((Self(design.views.iter().map(|view| view.quality.psnr_db).collect()), lighting))
     }
 
     fn mean(&self) -> f64 {
@@ -160,6 +184,7 @@ impl Outcome {
 struct Trial {
     small: DesignRequest,
     before: Outcome,
+    lighting: Option<Lighting>,
 }
 
 impl Trial {
@@ -167,33 +192,56 @@ impl Trial {
         if changed.check().is_err() {
             return Ok(None);
         }
-        Ok(Some(Outcome::of(changed)?.gain_over(&self.before, change)))
+        Ok(Some(self.outcome(changed)?.gain_over(&self.before, change)))
     }
 
-    /// Finds which picture goes best to which direction.
+    /// What a changed request reaches, lit much as before.
+    fn outcome(&self, changed: &DesignRequest) -> Result<Outcome, DesignError> {
+        Ok(Outcome::about(changed, self.lighting.as_slice())?.0)
+    }
+
+    /// Finds which picture goes best to which direction, and to which lamp where directions have pages: the two that
+    /// gain most change places, as long as any gain.
     fn directions(&self, request: &DesignRequest) -> Result<Option<Advice>, DesignError> {
         let mut coarse = reduced(request, PAIRING_SIDE_PX);
         coarse.settings.iterations = self.small.settings.iterations;
         let views = coarse.views.len();
-        let quality = |order: &[usize]| Ok::<_, DesignError>(Outcome::of(&placed(&coarse, order))?.mean());
+        let quality = |order: &[usize]| {
+            Ok::<_, DesignError>(Outcome::about(&placed(&coarse, order), &self.lit(order))?.0.mean())
+        };
         let unchanged: Vec<usize> = (0..views).collect();
         let mut best = (quality(&unchanged)?, unchanged.clone());
-        let candidates = if views <= MOST_VIEWS_PERMUTED { permutations(views) } else { swaps(views) };
-        for order in candidates {
-            let reached = quality(&order)?;
-            if reached > best.0 {
-                best = (reached, order);
+        loop {
+            let (before, from) = best.clone();
+            for (one, other) in twos(views) {
+                let mut order = from.clone();
+                order.swap(one, other);
+                let reached = quality(&order)?;
+                if reached > best.0 {
+                    best = (reached, order);
+                }
+            }
+            if best.0 <= before {
+                break;
             }
         }
         if best.1 == unchanged {
             return Ok(None);
         }
         let changed = placed(&self.small, &best.1);
-        self.of(Change::Directions { views: placements(&changed.views) }, &changed)
+        let change = Change::Directions { views: placements(&changed.views) };
+        let (reached, _) = Outcome::about(&changed, &self.lit(&best.1))?;
+        Ok(Some(reached.gain_over(&self.before, change)))
+    }
+
+    /// The lamps stay where they are, or go with the pictures.
+    fn lit(&self, order: &[usize]) -> Vec<Lighting> {
+        let lightings = self.lighting.iter();
+        lightings.flat_map(|lighting| [lighting.clone(), lighting.of_views(order)]).collect()
     }
 
     fn adapted(&self, request: &DesignRequest) -> Result<Option<Advice>, DesignError> {
-        let adapted = adapt(request, ADAPTED_SIMILARITY, &mut |_| ())?;
+        let adapted = adapt(&reduced(request, ADAPTED_SIDE_PX), ADAPTED_SIMILARITY, &mut |_| ())?;
         let change = Change::Adapt { similarity: adapted.mean_similarity() };
         self.of(change, &reduced(&adapted.request, SIDE_PX))
     }
@@ -205,7 +253,7 @@ impl Trial {
             |request: &DesignRequest| request.views.iter().map(|view| level_db(&view.pattern)).collect();
         let given: Vec<f64> = loudness(&self.small);
         let judge = |changed: &DesignRequest| {
-            let mut outcome = Outcome::of(changed)?;
+            let mut outcome = self.outcome(changed)?;
             let levels: Vec<f64> = loudness(changed);
             for ((db, level), given) in outcome.0.iter_mut().zip(levels).zip(&given) {
                 *db += level - given;
@@ -258,7 +306,9 @@ impl Trial {
             .map(|index| {
                 let mut changed = self.small.clone();
                 let left_out = changed.views.remove(index);
-                let reached = Outcome::of(&changed)?;
+                let order: Vec<usize> = (0..self.small.views.len()).filter(|view| *view != index).collect();
+                let lit = self.lighting.iter().map(|lighting| lighting.of_views(&order));
+                let (reached, _) = Outcome::about(&changed, &lit.collect::<Vec<_>>())?;
                 Ok(reached.gain_over(&self.before.without(index), Change::LeaveOut { id: left_out.id }))
             })
             .collect()
@@ -269,7 +319,11 @@ impl Trial {
 fn placed(request: &DesignRequest, order: &[usize]) -> DesignRequest {
     let views = order.iter().zip(&request.views);
     let views = views
-        .map(|(&from, place)| ViewRequest { direction: place.direction, ..request.views[from].clone() })
+        .map(|(&from, place)| ViewRequest {
+            direction: place.direction,
+            lamp: place.lamp,
+            ..request.views[from].clone()
+        })
         .collect();
     DesignRequest { views, ..request.clone() }
 }
@@ -281,6 +335,7 @@ fn placements(views: &[ViewRequest]) -> Vec<Placement> {
             id: view.id.clone(),
             horizontal_deg: view.direction.horizontal_deg,
             vertical_deg: view.direction.vertical_deg,
+            lamp: view.lamp,
         })
         .collect()
 }
@@ -295,39 +350,16 @@ fn exposed(picture: &Picture, factor: f32) -> Picture {
     picture.decoded().map(|light| (light * factor).min(1.0)).encoded()
 }
 
-/// All orders of `count` things but the first one, in which nothing moves.
-fn permutations(count: usize) -> Vec<Vec<usize>> {
-    let mut orders = vec![Vec::new()];
-    for _ in 0..count {
-        orders = orders
-            .into_iter()
-            .flat_map(|order: Vec<usize>| {
-                let rest: Vec<usize> = (0..count).filter(|next| !order.contains(next)).collect();
-                rest.into_iter().map(move |next| [order.clone(), vec![next]].concat())
-            })
-            .collect();
-    }
-    orders.remove(0);
-    orders
-}
-
-/// All orders in which two of `count` things change places.
-fn swaps(count: usize) -> Vec<Vec<usize>> {
-    let mut orders = Vec::new();
-    for first in 0..count {
-        for second in first + 1..count {
-            let mut order: Vec<usize> = (0..count).collect();
-            order.swap(first, second);
-            orders.push(order);
-        }
-    }
-    orders
+/// All choices of two of `count` things.
+fn twos(count: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..count).flat_map(move |first| (first + 1..count).map(move |second| (first, second)))
 }
 
 impl std::fmt::Display for Change {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let place = |view: &Placement| {
-            format!("{} to {:.0} deg, {:.0} deg", view.id, view.horizontal_deg, view.vertical_deg)
+            let lamp = view.lamp.map_or_else(String::new, |lamp| format!(" under the {} lamp", name(lamp)));
+            format!("{} to {:.0} deg, {:.0} deg{lamp}", view.id, view.horizontal_deg, view.vertical_deg)
         };
         let list = |views: &[Placement]| views.iter().map(place).collect::<Vec<_>>().join("; ");
         match self {
@@ -350,21 +382,5 @@ impl std::fmt::Display for Change {
             }
             Self::LeaveOut { id } => write!(f, "leave out {id}; the gain is the other views'"),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_order_is_tried_once_and_the_unchanged_one_not_at_all() {
-        let mut orders = permutations(4);
-        assert_eq!(orders.len(), 23);
-        orders.sort();
-        orders.dedup();
-        assert_eq!(orders.len(), 23);
-        assert!(!orders.contains(&vec![0, 1, 2, 3]));
-        assert_eq!(swaps(5).len(), 10);
     }
 }

@@ -3,27 +3,38 @@
 //! Views that differ in slope by s, through a stack of depth d, shift a picture's detail against each other
 //! by d s from the top film to the bottom one. Detail that varies more slowly than once in d s along that
 //! shift is the same in both views, whatever the films hold: that is where patterns have to agree. All of
-//! it lies at low frequencies, so two designs in small ([`super::scale`]) tell what the large one will
-//! reach; what finer pixels add to the error is extrapolated along the patterns' variance.
+//! it lies at low frequencies, so the smaller films on which a design settles its lamps tell the causes.
+//! What finer detail adds to the error depends on the pictures (stars are lost in small), so one colour is then
+//! designed as finely as it will be, and all err as much more as that one does.
+
+use std::borrow::Cow;
 
 use serde::Serialize;
 
-use super::request::{DesignError, DesignRequest};
-use super::scale::{enlarged, reduced};
-use super::{Design, design};
-use crate::measure::structural_similarity;
+use super::joint;
+use super::least_squares::Effort;
+use super::optimise::{Lighting, design_weights, set_up};
+use super::request::{DesignError, DesignRequest, Method, Progress, ViewRequest};
+use super::scale::{averaged, enlarge_planes, reduced};
+use super::{Design, ViewDesign, design_unwatched};
+use crate::measure::{fit, mean_square_error, structural_similarity};
 use crate::picture::Picture;
+use crate::projection::single;
 use crate::stack::Stack;
-use crate::volume::CHANNELS;
+use crate::volume::{CHANNELS, quantise_channel};
 
-/// Sides, in pixels, of the two designs in small.
-const SIDES_PX: [usize; 2] = [64, 128];
+/// Side, in pixels, of the films on which causes are looked for; no larger ones are designed in full.
+const SIDE_PX: usize = 128;
+/// Larger films are predicted as if they had so many pixels along their longer side.
+const MOST_SIDE_PX: usize = 512;
+/// The colour that is designed as finely as it will be: green, which the eye sees best.
+const FINE_CHANNEL: usize = 1;
+/// The effort of that: pictures whose detail is fine take longer.
+const FINE_EFFORT: Effort = Effort { iterations: 50, tolerance: 0.005 };
 /// Views that have to agree on more than this many cycles a picture stand too close for the stack's depth.
 const TOO_CLOSE_CYCLES: f64 = 10.0;
 /// The share of a view's squared error above which a cause is worth naming.
 const WORTH_NAMING: f64 = 0.25;
-/// The most that an error is extrapolated: by this part of what the larger design in small has.
-const MOST_GROWTH: f64 = 0.5;
 
 /// What a design will reach.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -66,22 +77,41 @@ pub struct SharedDetail {
     pub error_share: f64,
 }
 
-/// Predicts what the design of `request` will reach, in the time of two small designs.
+/// Predicts what the design of `request` will reach, in a part of its time.
 ///
 /// # Errors
-/// As [`design`].
-pub fn predict(request: &DesignRequest) -> Result<Prediction, DesignError> {
+/// As [`design`](super::design).
+pub fn predict(request: &DesignRequest, report: &mut dyn FnMut(Progress)) -> Result<Prediction, DesignError> {
     request.check()?;
-    let coarse = Small::of(request, SIDES_PX[0])?;
-    let fine = Small::of(request, SIDES_PX[1])?;
-    let growth = growth_beyond(request, &coarse, &fine);
-    let views: Vec<ViewPrediction> = (0..request.views.len())
-        .map(|index| {
-            let shared = shared_details(&fine, index);
+    report(Progress::at("predicting the views", 0, 2));
+    let limited = reduced(request, MOST_SIDE_PX);
+    let longer = limited.stack.width_px.max(limited.stack.height_px);
+    let (small, expected) = match request.settings.method {
+        Method::LeastSquares if longer > SIDE_PX => {
+            let coarse = rayon::scope(|_| Coarse::settled(&limited));
+            limited.go_on()?;
+            report(Progress::at("predicting the views", 1, 2).reaching(coarse.design.mean_psnr_db()));
+            let fine = rayon::scope(|_| fine_channel(&limited, &coarse));
+            limited.go_on()?;
+            let expected = expected(&limited, &coarse, &fine);
+            (Small::of(&coarse.request, &coarse.design), expected)
+        }
+        _ => {
+            let design = design_unwatched(&limited, &[])?.0;
+            let views = design.views.iter().zip(&limited.views);
+            let expected = views.map(|(view, wanted)| Erring::of(&view.shown, &wanted.pattern)).collect();
+            (Small::of(&limited, &design), expected)
+        }
+    };
+    let views: Vec<ViewPrediction> = expected
+        .into_iter()
+        .enumerate()
+        .map(|(index, expected)| {
+            let shared = shared_details(&small, index);
             ViewPrediction {
                 id: request.views[index].id.clone(),
-                psnr_db: expected_psnr_db(&coarse, &fine, index, growth),
-                ssim: expected_ssim(request, &fine, index),
+                psnr_db: expected.psnr_db(),
+                ssim: expected.ssim,
                 reasons: reasons(&shared),
                 shared,
             }
@@ -96,63 +126,125 @@ pub fn predict(request: &DesignRequest) -> Result<Prediction, DesignError> {
     })
 }
 
-/// A request in small with its design.
+/// A request in small, and how its views err.
 struct Small {
     request: DesignRequest,
-    design: Design,
+    /// What each view shows less what it should, code values.
+    errors: Vec<Picture>,
 }
 
 impl Small {
-    fn of(request: &DesignRequest, side_px: usize) -> Result<Self, DesignError> {
-        let request = reduced(request, side_px);
-        let design = design(&request, &mut |_| ())?;
-        Ok(Self { request, design })
-    }
-
-    fn mean_square_error(&self, view: usize) -> f64 {
-        10f64.powf(-self.design.views[view].quality.psnr_db / 10.0)
-    }
-
-    /// What the view shows less what it should, code values.
-    fn error(&self, view: usize) -> Picture {
-        difference(&self.design.views[view].shown, &self.request.views[view].pattern)
+    fn of(request: &DesignRequest, design: &Design) -> Self {
+        let small = reduced(request, SIDE_PX);
+        let (width, height) = (small.stack.width_px, small.stack.height_px);
+        let views = design.views.iter().zip(&request.views);
+        let error = |(view, wanted): (&ViewDesign, &ViewRequest)| {
+            averaged(&difference(&view.shown, &wanted.pattern), width, height)
+        };
+        Self { errors: views.map(error).collect(), request: small }
     }
 }
 
-/// How much variance the patterns gain from the fine design to the full one, as a multiple of what they
-/// gained from the coarse to the fine one.
-fn growth_beyond(request: &DesignRequest, coarse: &Small, fine: &Small) -> f64 {
-    let variances =
-        |request: &DesignRequest| request.views.iter().map(|view| variance(&view.pattern)).sum::<f64>();
-    let (coarse, fine, full) = (variances(&coarse.request), variances(&fine.request), variances(request));
-    let gained = fine - coarse;
-    if gained > 1e-6 { ((full - fine) / gained).clamp(0.0, 3.0) } else { 0.0 }
+/// The smaller films on which a design's lamps are settled.
+struct Coarse {
+    request: DesignRequest,
+    design: Design,
+    lighting: Lighting,
+    /// The glow of the colour that is designed as finely as it will be.
+    channel: Vec<f32>,
 }
 
-fn expected_psnr_db(coarse: &Small, fine: &Small, view: usize, growth: f64) -> f64 {
-    let (coarse, fine) = (coarse.mean_square_error(view), fine.mean_square_error(view));
-    let more = (growth * (fine - coarse)).clamp(-0.1 * fine, MOST_GROWTH * fine);
-    -10.0 * (fine + more).log10()
-}
-
-/// The error in small, laid over the full pattern, is too smooth for the full one's window; measured in
-/// small, it is as coarse as the picture. The full design lies between the two.
-fn expected_ssim(request: &DesignRequest, fine: &Small, view: usize) -> f64 {
-    let in_small = fine.design.views[view].quality.ssim;
-    let pattern = &request.views[view].pattern;
-    let mut shown = enlarged(&fine.error(view), pattern.width(), pattern.height());
-    for (value, &wanted) in shown.values_mut().iter_mut().zip(pattern.values()) {
-        *value = (*value + wanted).clamp(0.0, 1.0);
+impl Coarse {
+    fn settled(request: &DesignRequest) -> Self {
+        let (mut volume, lighting) = joint::settle(request, None, &[], &mut |_| ());
+        let channel = volume.channel(FINE_CHANNEL).to_vec();
+        let request = reduced(request, volume.width().max(volume.height()));
+        request.emission().turn_into_ink(&mut volume);
+        volume.quantise(request.settings.ink_depth);
+        let design = Design::of(&request, volume);
+        Self { request, design, lighting, channel }
     }
-    f64::midpoint(in_small, structural_similarity(&shown, pattern))
 }
 
-fn shared_details(fine: &Small, view: usize) -> Vec<SharedDetail> {
-    let stack = &fine.request.stack;
-    let own = &fine.request.views[view];
-    let error = fine.error(view);
-    let all = energy(&error).max(1e-12);
-    let mut shared: Vec<SharedDetail> = fine
+/// How a view errs.
+#[derive(Clone, Copy)]
+struct Erring {
+    mean_square_error: f64,
+    ssim: f64,
+}
+
+impl Erring {
+    fn of(shown: &Picture, pattern: &Picture) -> Self {
+        Self {
+            mean_square_error: mean_square_error(shown.values(), pattern.values()).max(1e-12),
+            ssim: structural_similarity(shown, pattern),
+        }
+    }
+
+    fn psnr_db(self) -> f64 {
+        -10.0 * self.mean_square_error.log10()
+    }
+}
+
+/// How every view will err, one colour of which is `fine`.
+fn expected(request: &DesignRequest, coarse: &Coarse, fine: &[Picture]) -> Vec<Erring> {
+    let of_channel = |picture: &Picture| one_channel(picture.channel(FINE_CHANNEL), picture.width());
+    // One colour alone is fitted by a gain of its own, in small as well.
+    let fitted = |shown: &Picture, pattern: &Picture| {
+        let pattern = of_channel(pattern);
+        Erring::of(&fit(shown, &pattern, request.settings.tone).picture, &pattern)
+    };
+    let views = coarse.design.views.iter().zip(&coarse.request.views).zip(&request.views).zip(fine);
+    let expected = views.map(|(((designed, wanted), full), fine)| {
+        let all = Erring::of(&designed.shown, &wanted.pattern);
+        let small = fitted(&of_channel(&designed.projection), &wanted.pattern);
+        let fine = fitted(fine, &full.pattern);
+        Erring {
+            mean_square_error: all.mean_square_error * fine.mean_square_error / small.mean_square_error,
+            ssim: (all.ssim + fine.ssim - small.ssim).clamp(0.0, 1.0),
+        }
+    });
+    expected.collect()
+}
+
+/// Designs one colour as finely as `request` has it, from the coarse films; returns what each view shows of it.
+fn fine_channel(request: &DesignRequest, coarse: &Coarse) -> Vec<Picture> {
+    let emission = request.emission();
+    let from = (coarse.request.stack.width_px, coarse.request.stack.height_px);
+    let size @ (width, height) = (request.stack.width_px, request.stack.height_px);
+    let mut films = vec![0.0; request.stack.films * width * height];
+    enlarge_planes(&coarse.channel, from, &mut films, size, 0..height);
+    let problem = set_up(request, &request.targets(), &coarse.lighting, None);
+    let problem = problem.of_yield(emission.yields()[FINE_CHANNEL]);
+    let targets = request.channel_targets(FINE_CHANNEL);
+    let targets: Vec<&[f32]> = targets.iter().map(Cow::as_ref).collect();
+    problem.solve(&targets, &mut films, FINE_EFFORT, &mut |_, _| ());
+    quantise_channel(&mut films, (width * height, width), request.settings.ink_depth, 0);
+    emission.spread_light(&mut films, FINE_CHANNEL, size);
+    let shown = coarse.lighting.pairs.iter().enumerate().map(|(view, &pair)| {
+        let weights = single(&design_weights(request, view, pair));
+        let mut shown = vec![0.0; width * height];
+        request.rays(view).project(&films, &weights, &mut shown);
+        one_channel(&shown, width)
+    });
+    shown.collect()
+}
+
+/// A picture that has the same plane (row, column) in every channel.
+fn one_channel(plane: &[f32], width: usize) -> Picture {
+    let mut picture = Picture::new(width, plane.len() / width.max(1));
+    for channel in 0..CHANNELS {
+        picture.channel_mut(channel).copy_from_slice(plane);
+    }
+    picture
+}
+
+fn shared_details(small: &Small, view: usize) -> Vec<SharedDetail> {
+    let stack = &small.request.stack;
+    let own = &small.request.views[view];
+    let error = &small.errors[view];
+    let all = energy(error).max(1e-12);
+    let mut shared: Vec<SharedDetail> = small
         .request
         .views
         .iter()
@@ -166,7 +258,7 @@ fn shared_details(fine: &Small, view: usize) -> Vec<SharedDetail> {
                 below_cycles: shift.cycles_a_picture(stack),
                 disagreement: energy(&shift.slow_part(&difference(&own.pattern, &other.pattern), stack))
                     .sqrt(),
-                error_share: (energy(&shift.slow_part(&error, stack)) / all).min(1.0),
+                error_share: (energy(&shift.slow_part(error, stack)) / all).min(1.0),
             }
         })
         .collect();
@@ -266,16 +358,10 @@ fn energy(picture: &Picture) -> f64 {
     sum / picture.values().len().max(1) as f64
 }
 
-fn variance(picture: &Picture) -> f64 {
-    let mean =
-        picture.values().iter().map(|&value| f64::from(value)).sum::<f64>() / picture.values().len() as f64;
-    energy(picture) - mean * mean
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::{DesignSettings, OpticsModel, Stop, Tone, ViewRequest};
+    use crate::design::{DesignSettings, OpticsModel, Stop, Tone, ViewRequest, design};
     use crate::optics::Direction;
     use crate::projection::ViewerDistance;
 
@@ -329,8 +415,8 @@ mod tests {
 
     #[test]
     fn pictures_that_disagree_slowly_are_told_apart_from_those_that_do_not() {
-        let agreeing = predict(&request(stripes(16.0, 0.5), stripes(13.0, 0.5))).unwrap();
-        let disagreeing = predict(&request(stripes(16.0, 0.25), stripes(13.0, 0.75))).unwrap();
+        let agreeing = predict(&request(stripes(16.0, 0.5), stripes(13.0, 0.5)), &mut |_| ()).unwrap();
+        let disagreeing = predict(&request(stripes(16.0, 0.25), stripes(13.0, 0.75)), &mut |_| ()).unwrap();
         let disagreement = |prediction: &Prediction| prediction.views[0].shared[0].disagreement;
         assert!(disagreement(&agreeing) < 0.1, "{agreeing:?}");
         assert!((disagreement(&disagreeing) - 0.5).abs() < 0.05, "{disagreeing:?}");
@@ -339,7 +425,7 @@ mod tests {
     #[test]
     fn a_small_request_is_predicted_as_its_own_design() {
         let request = request(stripes(3.0, 0.4), stripes(9.0, 0.6));
-        let prediction = predict(&request).unwrap();
+        let prediction = predict(&request, &mut |_| ()).unwrap();
         let design = design(&request, &mut |_| ()).unwrap();
         for (predicted, view) in prediction.views.iter().zip(&design.views) {
             assert!((predicted.psnr_db - view.quality.psnr_db).abs() < 1e-6);

@@ -33,6 +33,15 @@ impl Divergence {
         }
     }
 
+    /// Turns code values that are shown into what they lack of `wanted`; see [`Divergence::answer`].
+    #[inline(always)]
+    pub(super) fn lack(&self, shown: &mut [f32], wanted: &[f32]) {
+        for (shown, &wanted) in shown.iter_mut().zip(wanted) {
+            let lack = wanted - *shown;
+            *shown = if wanted >= WHITE { lack.max(0.0) } else { lack };
+        }
+    }
+
     /// Answers for pixels that show `seen` where `wanted` is to be seen; white is 1. `seen` becomes how
     /// steeply the measured values rise with it, `errors` the errors in measured values, and `curvatures`
     /// bounds of half the squared error's curvature: how steeply its slope may change on the way to what is

@@ -5,22 +5,24 @@
 
 use serde::Serialize;
 
-use super::design;
 use super::pedestal::lifted;
 use super::request::{DesignError, DesignRequest, Progress};
 use super::scale::reduced;
+use super::{Design, Method, design_unwatched, product};
 
 /// Side, in pixels, of the designs in small.
-const SIDE_PX: usize = 48;
+const SIDE_PX: usize = 128;
 /// Brightness that is wanted, as in the design's settings.
 const BRIGHTNESS: [f64; 5] = [0.1, 0.2, 0.4, 0.7, 1.0];
+/// What the ink of the paper's Eq. 1 is multiplied by instead.
+const EXPOSURES: [f32; 5] = [1.0, 1.5, 2.5, 4.0, 8.0];
 /// Pedestals that are tried, as in the design's settings.
 const PEDESTALS: [f64; 3] = [0.0, 0.2, 0.6];
 
 /// One design on the way from dim and true to bright and poor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FrontierPoint {
-    /// The brightness that was wanted.
+    /// The brightness that was wanted; for the paper's Eq. 1, which knows none, the one that was reached.
     pub brightness: f64,
     /// What was added to the patterns' black: see [`lifted`].
     pub pedestal: f64,
@@ -39,7 +41,7 @@ pub struct FrontierPoint {
 /// Tries brightness and pedestals; the points come pedestal by pedestal, from dim to bright.
 ///
 /// # Errors
-/// As [`design`].
+/// As [`design`](super::design).
 pub fn frontier(
     request: &DesignRequest,
     report: &mut dyn FnMut(Progress),
@@ -48,15 +50,24 @@ pub fn frontier(
     let small = reduced(request, SIDE_PX);
     let total = PEDESTALS.len() * BRIGHTNESS.len();
     let mut points = Vec::new();
+    let mut lighting = None;
     for pedestal in PEDESTALS {
         let mut lifted_request = small.clone();
         for view in &mut lifted_request.views {
             view.pattern = lifted(&view.pattern, pedestal, request.settings.tone);
         }
-        for brightness in BRIGHTNESS {
+        for (brightness, exposure) in BRIGHTNESS.into_iter().zip(EXPOSURES) {
             let mut wanted = lifted_request.clone();
             wanted.settings.brightness = brightness;
-            let point = point(&wanted, pedestal)?;
+            let design = match wanted.settings.method {
+                Method::LeastSquares => {
+                    let (design, found) = design_unwatched(&wanted, lighting.as_slice())?;
+                    lighting = found;
+                    design
+                }
+                Method::Product => exposed_product(&wanted, exposure)?,
+            };
+            let point = point(&wanted, &design, pedestal);
             points.push(point);
             report(Progress::at("drawing the frontier", points.len(), total).reaching(point.psnr_db));
         }
@@ -64,21 +75,35 @@ pub fn frontier(
     Ok(points)
 }
 
-fn point(request: &DesignRequest, pedestal: f64) -> Result<FrontierPoint, DesignError> {
-    let design = design(request, &mut |_| ())?;
+/// The paper's Eq. 1 knows no brightness: its ink is as bright as the pictures make it. More of it, up to full ink, is
+/// brighter and poorer.
+fn exposed_product(request: &DesignRequest, exposure: f32) -> Result<Design, DesignError> {
+    request.go_on()?;
+    let mut volume = product(request, &mut |_| ());
+    volume.values_mut().iter_mut().for_each(|ink| *ink = (*ink * exposure).min(1.0));
+    volume.quantise(request.settings.ink_depth);
+    Ok(Design::of(request, volume))
+}
+
+fn point(request: &DesignRequest, design: &Design, pedestal: f64) -> FrontierPoint {
     let count = design.views.len() as f64;
     let mean = |value: fn(&crate::measure::Quality) -> f64| {
         design.views.iter().map(|view| value(&view.quality)).sum::<f64>() / count
     };
-    Ok(FrontierPoint {
-        brightness: request.settings.brightness,
+    let efficiency = mean(|quality| quality.efficiency);
+    let brightness = match request.settings.method {
+        Method::LeastSquares => request.settings.brightness,
+        Method::Product => efficiency,
+    };
+    FrontierPoint {
+        brightness,
         pedestal,
         psnr_db: design.mean_psnr_db(),
         least_psnr_db: design.least_psnr_db(),
         ssim: design.mean_ssim(),
-        efficiency: mean(|quality| quality.efficiency),
+        efficiency,
         contrast: mean(|quality| quality.contrast),
-    })
+    }
 }
 
 #[cfg(test)]

@@ -151,7 +151,7 @@ mod tests {
         let quality = |expected: HandErrors| {
             let mut wanted = request.clone();
             wanted.settings = wanted.settings.expecting(errors);
-            let mut volume = super::super::joint::solve(&wanted, None, &mut |_| ());
+            let (mut volume, _) = super::super::joint::solve(&wanted, None, &[], &mut |_| ());
             wanted.settings = wanted.settings.expecting(expected);
             halftone(&wanted, &mut volume, 2, &mut |_| ());
             wanted.settings = wanted.settings.expecting(errors);

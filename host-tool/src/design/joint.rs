@@ -33,7 +33,7 @@ const SEARCH_ITERATIONS: usize = 10;
 
 /// Rounds of volume and lamps on films of each size, and the iterations in each.
 const SETTLE_ROUNDS: usize = 3;
-const SETTLE_ITERATIONS: usize = 16;
+const SETTLE_ITERATIONS: usize = 10;
 
 /// The most free views for which every choice of a lamp for each is tried.
 const MOST_FREE: usize = 4;
@@ -41,36 +41,42 @@ const MOST_FREE: usize = 4;
 /// Of each free view: the bits of a start's number whose parity chooses its lamp.
 const COLUMNS: [usize; 15] = [1, 2, 4, 8, 3, 5, 6, 9, 10, 12, 7, 11, 13, 14, 15];
 
-/// Solves the request: on small films for the lamps, then on larger and larger ones.
-/// Around the `fixed` ink, where there is some.
+/// Solves the request: on small films for the lamps, then on larger and larger ones; around the `fixed` ink, where
+/// there is some. Where lightings near the best are known, the search starts there and nowhere else.
 pub(super) fn solve(
     request: &DesignRequest,
     fixed: Option<&FixedInk>,
+    known: &[Lighting],
     report: &mut dyn FnMut(Progress),
-) -> Volume {
+) -> (Volume, Lighting) {
     let fixed = fixed.map(|fixed| fixed.glowing(&request.emission()));
     let fixed = fixed.as_ref();
-    let (volume, lighting) = settle(request, fixed, report);
-    let mut volume = enlarged_volume(&volume, request.stack.width_px, request.stack.height_px);
+    let (settled, lighting) = settle(request, fixed, known, report);
+    let mut volume = enlarged_volume(&settled, request.stack.width_px, request.stack.height_px);
+    drop(settled);
     if let Some(fixed) = fixed {
         fixed.put_into(&mut volume);
     }
     let effort = effort(&request.settings);
-    let targets = request.targets();
-    improve(request, &set_up(request, &targets, &lighting, fixed), &targets, &mut volume, effort, report);
+    let problem = set_up(request, &request.targets(), &lighting, fixed);
+    improve(request, &problem, &mut volume, effort, report);
     request.emission().turn_into_ink(&mut volume);
-    volume
+    (volume, lighting)
 }
 
 /// Finds the lamps on small films, and a volume of glow to begin from, smaller than the request's. What is fixed glows too.
 pub(super) fn settle(
     request: &DesignRequest,
     fixed: Option<&FixedInk>,
+    known: &[Lighting],
     report: &mut dyn FnMut(Progress),
 ) -> (Volume, Lighting) {
     let search = Stage::new(reduced(request, SEARCH_PIXELS), fixed);
-    let mut state = search.best(starts(request), report);
-    if free_views(request).len() > MOST_FREE {
+    let mut state = match known {
+        [] => search.best(starts(request), &[(FINALISTS, 2), (1, 3)], report),
+        known => search.best(known.to_vec(), &[(1, 2)], report),
+    };
+    if known.is_empty() && free_views(request).len() > MOST_FREE {
         state = search.try_other_lamps(state);
     }
     let longer = request.stack.width_px.max(request.stack.height_px);
@@ -156,11 +162,17 @@ impl Stage {
         State { volume, lighting, quality_db: f64::NEG_INFINITY }
     }
 
-    /// Tries all starts a little, goes on with the best of them, and returns the best of those.
-    fn best(&self, starts: Vec<Lighting>, report: &mut dyn FnMut(Progress)) -> State {
+    /// Tries all starts for the rounds of the first look, goes on with as many of the best as it keeps, and so on;
+    /// returns the best of the last.
+    fn best(
+        &self,
+        starts: Vec<Lighting>,
+        looks: &[(usize, usize)],
+        report: &mut dyn FnMut(Progress),
+    ) -> State {
         let total = starts.len();
         let mut states: Vec<State> = starts.into_iter().map(|start| self.begin(start)).collect();
-        for (kept, rounds) in [(FINALISTS, 2), (1, 3)] {
+        for &(kept, rounds) in looks {
             states.par_iter_mut().for_each(|state| self.alternate(state, rounds, SEARCH_ITERATIONS));
             states.sort_by(|a, b| b.quality_db.total_cmp(&a.quality_db));
             states.truncate(kept);
@@ -194,7 +206,7 @@ impl Stage {
                 return;
             }
             let problem = set_up(&self.request, &self.targets, &state.lighting, self.fixed.as_ref());
-            improve(&self.request, &problem, &self.targets, &mut state.volume, effort, &mut |_| ());
+            improve(&self.request, &problem, &mut state.volume, effort, &mut |_| ());
             self.light(state);
         }
     }

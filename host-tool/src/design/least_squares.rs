@@ -51,7 +51,7 @@ pub(super) struct Problem {
     /// Of each film: how its light spreads; nothing where no film's does.
     pub(super) blurs: Vec<FilmBlur>,
     pub(super) divergence: Divergence,
-    /// The strength of the structure loss beside the squared error.
+    /// The strength of the structure loss beside the squared error; along rows alone where they are apart.
     pub(super) structure: f32,
     /// Whether each voxel (film, row, column) stays as it is, where any does.
     pub(super) fixed: Option<Arc<[bool]>>,
@@ -60,6 +60,19 @@ pub(super) struct Problem {
     pub(super) height: usize,
     /// Asks the solver to stop.
     pub(super) stop: Stop,
+}
+
+/// What is lost to errors of the expected light, to their structure, and to what scatters about that light.
+struct Loss {
+    errors: f64,
+    structure: f64,
+    scatter: f64,
+}
+
+impl Loss {
+    fn sum(&self) -> f64 {
+        self.errors + self.structure + self.scatter
+    }
 }
 
 /// When to stop.
@@ -94,9 +107,12 @@ impl Problem {
         }
     }
 
-    fn rows_are_apart(&self) -> bool {
-        self.structure == 0.0
+    /// Whether every row of pixels is a problem of its own.
+    pub(super) fn rows_are_apart(&self) -> bool {
+        !self.divergence.varies()
+            && self.fixed.is_none()
             && self.blurs.is_empty()
+            && self.views.iter().all(|view| view.mask.is_none())
             && self.views.iter().all(|view| view.rays.rows_are_apart())
     }
 

@@ -1,55 +1,96 @@
 //! How much memory a design will use, known beforehand.
 
-use super::request::{DesignRequest, DesignSettings, Method, OpticsModel};
+use super::request::{DesignRequest, DesignSettings, Method, OpticsModel, Tone};
 use crate::stack::Stack;
 use crate::volume::CHANNELS;
 
 /// Bytes of a value.
 const VALUE: f64 = size_of::<f32>() as f64;
-/// Values per voxel of one channel that the optimiser holds beside the volume: the look ahead and the steps.
-const SOLVER_VALUES: f64 = 2.0;
-/// Values that it holds beside them where light spreads: the light, and the volume without the print's blur.
-const SPREAD_VALUES: f64 = 1.0;
-const CRISP_VALUES: f64 = 1.0;
-/// Bytes per voxel that a written film takes at most: its file, and the page's copy of it in base64.
-const FILM_BYTES: f64 = 3.0 * (1.0 + 1.0 + 4.0 / 3.0 * 2.0);
-/// Values per pixel and channel of one view: its pattern and target, what it shows under either lamp and under
-/// three pairs, with room for measures.
-const VIEW_VALUES: f64 = 16.0;
 /// The program itself with its threads.
-const PROGRAM_MIB: f64 = 24.0;
+const PROGRAM_MIB: f64 = 22.0;
 const MIB: f64 = 1024.0 * 1024.0;
+/// The coarse films from which the last ones begin, as a part of those.
+const COARSE_PART: f64 = 0.25;
+/// Pictures of all colours that measuring one view takes beside what it returns.
+const MEASURED_PICTURES: f64 = 9.0;
+/// Bytes of a film pixel in its file at most, as a part of the pixel's bytes in the volume.
+const FILE_PART: f64 = 0.25;
+/// Copies of the films' files, the page with its copies in base64 among them, while the page is made.
+const PAGE_COPIES: f64 = 6.5;
+/// Larger films, in bytes, are not put in the page.
+const MOST_PAGE_BYTES: f64 = 32.0 * MIB;
 
 /// Returns the most memory that designing `request` and writing its build will use, in MiB.
 pub fn predicted_memory_mib(request: &DesignRequest) -> f64 {
-    predicted_memory_mib_of(&request.stack, &request.settings, request.views.len())
+    let settings = &request.settings;
+    let apart = settings.tone == Tone::Code
+        && !spreads(&request.stack, settings)
+        && (0..request.views.len()).all(|view| request.rays(view).rows_are_apart())
+        && request.views.iter().all(|view| view.mask.is_none());
+    predicted(&request.stack, settings, request.views.len(), apart)
 }
 
-/// As [`predicted_memory_mib`], before the patterns are read.
+/// As [`predicted_memory_mib`], before the patterns are read: at most so much.
 pub fn predicted_memory_mib_of(stack: &Stack, settings: &DesignSettings, views: usize) -> f64 {
-    let pixels = stack.film_len() as f64;
-    let voxels = pixels * stack.films as f64;
-    let volume = CHANNELS as f64 * VALUE * voxels;
-    let solving = match settings.method {
-        Method::LeastSquares => solver_values(stack, settings) * VALUE * voxels,
-        Method::Product => 0.0,
-    };
-    let writing = FILM_BYTES * voxels;
-    let views = views as f64 * VIEW_VALUES * CHANNELS as f64 * VALUE * pixels;
-    PROGRAM_MIB + (volume + solving.max(writing) + views) / MIB
+    predicted(stack, settings, views, false)
 }
 
-fn solver_values(stack: &Stack, settings: &DesignSettings) -> f64 {
+/// The volume is there from the optimiser's last stage until its films are encoded; the most is used while it is
+/// solved, while the views are measured, or while the page is made.
+fn predicted(stack: &Stack, settings: &DesignSettings, views: usize, apart: bool) -> f64 {
+    let plane = VALUE * stack.film_len() as f64;
+    let picture = CHANNELS as f64 * plane;
+    let volume = stack.films as f64 * picture;
+    let views = views as f64;
+    // Of every view, its pattern, and one colour of it in the values in which films add up.
+    let wanted = views * (picture + plane);
+    let solver = if apart {
+        // Two pictures that move, the structure's weights, and a moment's means of the pattern and its square.
+        5.0 * views * plane
+    } else {
+        solver_volumes(stack, settings) * volume / CHANNELS as f64 + (5.0 * views + 3.0) * plane
+    };
+    let solving = match settings.method {
+        Method::Product => volume,
+        Method::LeastSquares => volume + solver.max(COARSE_PART * volume),
+    };
+    // Of every view, its target and what it shows under either lamp.
+    let light = if emits_ink(stack, settings) { 0.0 } else { volume };
+    let measuring = volume + light + 3.0 * views * picture + MEASURED_PICTURES * picture;
+    // A copy is measured before levels are chosen.
+    let settling = if settings.levels.is_some() { measuring + volume } else { 0.0 };
+    let files = FILE_PART * volume;
+    let writing =
+        (volume + light + files).max(if files > MOST_PAGE_BYTES { files } else { PAGE_COPIES * files });
+    let most = [solving + wanted, measuring + wanted, settling + wanted, writing + 1.5 * wanted];
+    PROGRAM_MIB + most.into_iter().fold(0.0, f64::max) / MIB
+}
+
+/// What the optimiser holds beside the volume, one colour at a time: the look ahead, the steps in half the bytes, the
+/// light where it spreads, and the volume after the print's blur where films lie astray beside.
+fn solver_volumes(stack: &Stack, settings: &DesignSettings) -> f64 {
+    let spread = if spreads(stack, settings) { 1.0 } else { 0.0 };
+    let crisp = if is_astray(settings) && stack.blur_um > 0.0 { spread } else { 0.0 };
+    1.5 + spread + crisp
+}
+
+/// Whether the films' expected light spreads.
+fn spreads(stack: &Stack, settings: &DesignSettings) -> bool {
+    settings.optics == OpticsModel::Stack && (is_astray(settings) || stack.blur_um > 0.0)
+}
+
+fn is_astray(settings: &DesignSettings) -> bool {
     let errors = [
         settings.misplacement_um,
         settings.spacing_um,
         settings.direction_error_deg,
         settings.distance_error_part,
     ];
-    let (astray, blurred) = (errors.iter().any(|error| *error > 0.0), stack.blur_um > 0.0);
-    let crisp = if astray && blurred { CRISP_VALUES } else { 0.0 };
-    match settings.optics {
-        OpticsModel::Stack if astray || blurred => SOLVER_VALUES + SPREAD_VALUES + crisp,
-        _ => SOLVER_VALUES,
-    }
+    errors.iter().any(|error| *error > 0.0)
+}
+
+/// Whether the films' light is their ink itself.
+fn emits_ink(stack: &Stack, settings: &DesignSettings) -> bool {
+    settings.optics == OpticsModel::Ideal
+        || (stack.blur_um == 0.0 && stack.ink_absorbance == 0.0 && stack.ink_yields == [1.0; CHANNELS])
 }

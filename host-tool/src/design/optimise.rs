@@ -1,6 +1,8 @@
 //! Sets up the optimiser for a request: which films weigh how much, how bright white is, how smooth each
 //! film has to be.
 
+use std::borrow::Cow;
+
 use super::divergence::Divergence;
 use super::fixed::FixedInk;
 use super::least_squares::{Effort, PATIENCE, Problem, SolverView};
@@ -36,6 +38,19 @@ impl Lighting {
     /// Every view under the same pair and equally bright.
     pub(super) fn even(views: usize, pair: LampPair) -> Self {
         Self { pairs: vec![pair; views], whites: vec![1.0; views], level: 1.0, shares: vec![1.0; views] }
+    }
+
+    /// The lighting of these views alone, in this order.
+    pub(super) fn of_views(&self, order: &[usize]) -> Self {
+        fn taken<T: Copy>(of: &[T], order: &[usize]) -> Vec<T> {
+            order.iter().map(|&view| of[view]).collect()
+        }
+        Self {
+            pairs: taken(&self.pairs, order),
+            whites: taken(&self.whites, order),
+            level: self.level,
+            shares: taken(&self.shares, order),
+        }
     }
 }
 
@@ -75,24 +90,20 @@ pub(super) fn set_up(
         .collect();
     let blurs = robust::blurs(request, &views, targets);
     let divergence = Divergence::new(settings.tone);
-    let rows_are_apart = blurs.is_empty() && views.iter().all(|view| view.rays.rows_are_apart());
-    let structure = match settings.structure {
-        Some(structure) => structure,
-        None if rows_are_apart && settings.tone == Tone::Code => 0.0,
-        None => settings.tone.structure(),
-    } as f32;
-    let fixed = fixed.map(FixedInk::voxels);
-    Problem {
+    let mut problem = Problem {
         views,
         blurs,
         films: stack.films,
         divergence,
-        structure,
-        fixed,
+        structure: 0.0,
+        fixed: fixed.map(FixedInk::voxels),
         width: stack.width_px,
         height: stack.height_px,
         stop: request.stop.clone(),
-    }
+    };
+    let suits = if problem.rows_are_apart() { Tone::ROW_STRUCTURE } else { settings.tone.structure() };
+    problem.structure = settings.structure.unwrap_or(suits) as f32;
+    problem
 }
 
 /// What is being done to each colour, in words.
@@ -102,7 +113,6 @@ const STAGES: [&str; CHANNELS] = ["solving red", "solving green", "solving blue"
 pub(super) fn improve(
     request: &DesignRequest,
     problem: &Problem,
-    targets: &[Picture],
     volume: &mut Volume,
     effort: Effort,
     report: &mut dyn FnMut(Progress),
@@ -113,7 +123,8 @@ pub(super) fn improve(
     let mut losses = Vec::new();
     for (channel, ink_yield) in request.emission().yields().into_iter().enumerate() {
         let problem = problem.of_yield(ink_yield);
-        let targets: Vec<&[f32]> = targets.iter().map(|target| target.channel(channel)).collect();
+        let targets = request.channel_targets(channel);
+        let targets: Vec<&[f32]> = targets.iter().map(Cow::as_ref).collect();
         losses.push(0.0);
         let mut seen: Vec<(usize, f64)> = Vec::new();
         problem.solve(&targets, volume.channel_mut(channel), effort, &mut |iteration, loss| {

@@ -1,5 +1,7 @@
 //! What is asked of the design engine.
 
+use std::borrow::Cow;
+
 use thiserror::Error;
 
 use vitrine_exhibit::units::Lamp;
@@ -8,7 +10,7 @@ use super::as_built::HandErrors;
 use super::stop::Stop;
 use crate::emission::Emission;
 use crate::optics::{Direction, LampPair};
-use crate::picture::Picture;
+use crate::picture::{Picture, srgb_decode};
 use crate::projection::{Rays, ViewerDistance};
 use crate::stack::{Stack, StackError};
 use crate::volume::InkDepth;
@@ -44,6 +46,9 @@ pub enum Tone {
 }
 
 impl Tone {
+    /// The weight of structure along rows of code values, where every row is a problem of its own.
+    pub const ROW_STRUCTURE: f64 = 0.5;
+
     /// The weight of structure at which similarity gains most and the squared error loses less than 0.1 dB: light
     /// needs more, for dark specks cost it little.
     pub fn structure(self) -> f64 {
@@ -116,8 +121,8 @@ pub struct DesignSettings {
     /// The largest ratio between the apparent whites of two views; brighter views' lamps are dimmed to keep it.
     pub white_ratio: f64,
     /// How much the optimiser looks at structure beside the squared error, 0 or greater; `None` for what suits:
-    /// none where every row of code values is a problem of its own, which structure would tie together, and else
-    /// [`Tone::structure`].
+    /// [`Tone::structure`], or [`Tone::ROW_STRUCTURE`] where every row of code values is a problem of its own. There
+    /// structure is looked at along rows alone, so that they stay apart.
     pub structure: Option<f64>,
     /// How much more the worse views count, 0..=1: 0 is the least error in all, 1 much the same in each.
     pub balance: f64,
@@ -279,6 +284,17 @@ impl DesignRequest {
         match self.settings.optics {
             OpticsModel::Stack => Emission::of(&self.stack),
             OpticsModel::Ideal => Emission::default(),
+        }
+    }
+
+    /// Returns one channel of each pattern in the values in which films add up.
+    pub(super) fn channel_targets(&self, channel: usize) -> Vec<Cow<'_, [f32]>> {
+        let codes = self.views.iter().map(|view| view.pattern.channel(channel));
+        match self.settings.tone {
+            Tone::Linear => {
+                codes.map(|codes| codes.iter().map(|&code| srgb_decode(code)).collect()).collect()
+            }
+            Tone::Code => codes.map(Cow::Borrowed).collect(),
         }
     }
 

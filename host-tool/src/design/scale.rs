@@ -86,15 +86,25 @@ pub(super) fn enlarged_volume(volume: &Volume, width: usize, height: usize) -> V
 
 /// Some rows of what [`enlarged_volume`] gives.
 pub(super) fn enlarged_rows(volume: &Volume, width: usize, height: usize, rows: Range<usize>) -> Volume {
-    let mut grid = Grid::new((volume.width(), volume.height()), (width, height));
-    grid.rows = grid.rows[rows].to_vec();
-    let mut large = Volume::new(volume.films(), grid.rows.len(), width);
-    let planes = large.values_mut().par_chunks_mut(width * grid.rows.len());
-    planes.enumerate().for_each(|(index, plane)| {
-        let (channel, film) = (index / volume.films(), index % volume.films());
-        grid.enlarge(volume.film(channel, film), plane);
-    });
+    let mut large = Volume::new(volume.films(), rows.len(), width);
+    let from = (volume.width(), volume.height());
+    enlarge_planes(volume.values(), from, large.values_mut(), (width, height), rows);
     large
+}
+
+/// Enlarges every plane of `small`, and keeps `rows` of it in `large`; sizes are columns and rows.
+pub(super) fn enlarge_planes(
+    small: &[f32],
+    from: (usize, usize),
+    large: &mut [f32],
+    to: (usize, usize),
+    rows: Range<usize>,
+) {
+    let mut grid = Grid::new(from, to);
+    grid.rows = grid.rows[rows].to_vec();
+    let planes = large.par_chunks_exact_mut(to.0 * grid.rows.len());
+    let planes = planes.zip(small.par_chunks_exact(from.0 * from.1));
+    planes.for_each(|(large, small)| grid.enlarge(small, large));
 }
 
 /// Where the pixels of a large plane lie between those of a small one.

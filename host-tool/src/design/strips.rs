@@ -76,7 +76,7 @@ impl StripDesign {
         let design = super::design(small, report)?;
         let settled = match small.settings.method {
             Method::Product => None,
-            Method::LeastSquares => Some(joint::settle(small, None, report)),
+            Method::LeastSquares => Some(joint::settle(small, None, &[], report)),
         };
         small.go_on()?;
         let whole = DesignRequest { stack: request.stack.clone(), views: Vec::new(), ..small.clone() };
@@ -162,9 +162,8 @@ impl StripDesign {
         let request = self.windowed(window.clone());
         let mut volume = enlarged_rows(start, stack.width_px, stack.height_px, window.clone());
         let effort = joint::effort(&request.settings);
-        let targets = request.targets();
-        let problem = set_up(&request, &targets, lighting, None);
-        improve(&request, &problem, &targets, &mut volume, effort, report);
+        let problem = set_up(&request, &request.targets(), lighting, None);
+        improve(&request, &problem, &mut volume, effort, report);
         request.emission().turn_into_ink(&mut volume);
         kept(&volume, rows.start - window.start..rows.end - window.start)
     }

@@ -59,6 +59,22 @@ impl Structure {
         Self { width, strength, mask, weights }
     }
 
+    /// As [`Structure::answer`], for the errors of row `row` and means along it alone, without a mask.
+    #[inline(always)]
+    pub(super) fn answer_row(&self, row: usize, errors: &mut [f32], scratch: &mut RowScratch) -> f64 {
+        let RowScratch { rough, sums } = scratch;
+        let share = 1.0 / (2 * RADIUS + 1) as f32;
+        let weights = &self.weights[row * self.width..(row + 1) * self.width];
+        sum_across(sums, errors);
+        sums.iter_mut().for_each(|sum| *sum *= share);
+        let loss = roughness(rough, sums, errors, weights);
+        sum_across(sums, rough);
+        for ((error, rough), sum) in errors.iter_mut().zip(rough).zip(sums) {
+            *error += self.strength * (*rough - share * *sum);
+        }
+        f64::from(self.strength) * loss
+    }
+
     /// Turns each error into its half slope in the squared error and the structure loss together, and adds to
     /// each curvature that of this loss in proportion; returns the structure loss.
     pub(super) fn answer(&self, errors: &mut [f32], curvatures: &mut [f32], scratch: &mut Scratch) -> f64 {
@@ -92,6 +108,20 @@ impl Structure {
             },
         );
         f64::from(strength) * losses.iter().sum::<f64>()
+    }
+}
+
+/// The memory in which errors of one row are looked at.
+#[derive(Clone, Debug)]
+pub(super) struct RowScratch {
+    rough: Vec<f32>,
+    sums: Vec<f32>,
+}
+
+impl RowScratch {
+    /// Memory for rows of `width` pixels.
+    pub(super) fn new(width: usize) -> Self {
+        Self { rough: vec![0.0; width], sums: vec![0.0; width] }
     }
 }
 

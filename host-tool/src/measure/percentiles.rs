@@ -10,8 +10,15 @@ pub fn percentiles<const N: usize>(values: &[f32], percents: [f64; N]) -> [f64; 
     values.iter().for_each(|&value| counts[bin(value)] += 1);
     ranks.map(|rank| {
         let whole = rank.floor() as usize;
-        let below = value_at(values, &counts, whole);
-        let above = if rank.fract() > 0.0 { value_at(values, &counts, whole + 1) } else { below };
+        let (index, within) = place(&counts, whole);
+        let mut candidates: Vec<f32> = values.iter().copied().filter(|&value| bin(value) == index).collect();
+        candidates.sort_unstable_by(f32::total_cmp);
+        let below = candidates[within];
+        let above = match candidates.get(within + 1) {
+            _ if rank.fract() == 0.0 => below,
+            Some(&above) => above,
+            None => least_beyond(values, index),
+        };
         f64::from(below) + rank.fract() * f64::from(above - below)
     })
 }
@@ -25,18 +32,21 @@ fn bin(value: f32) -> usize {
     (ordered >> 16) as usize
 }
 
-/// The value of rank `rank`, which is looked for among those of its bin alone.
-fn value_at(values: &[f32], counts: &[usize], rank: usize) -> f32 {
+/// The bin of the value of rank `rank`, and its rank among those of that bin.
+fn place(counts: &[usize], rank: usize) -> (usize, usize) {
     let mut before = 0;
     for (index, &count) in counts.iter().enumerate() {
         if rank < before + count {
-            let mut candidates: Vec<f32> =
-                values.iter().copied().filter(|&value| bin(value) == index).collect();
-            return *candidates.select_nth_unstable_by(rank - before, f32::total_cmp).1;
+            return (index, rank - before);
         }
         before += count;
     }
-    f32::NAN
+    (BINS, 0)
+}
+
+/// The least value beyond the bin `index`.
+fn least_beyond(values: &[f32], index: usize) -> f32 {
+    values.iter().copied().filter(|&value| bin(value) > index).min_by(f32::total_cmp).unwrap_or(f32::NAN)
 }
 
 #[cfg(test)]

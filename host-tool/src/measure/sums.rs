@@ -16,6 +16,12 @@ pub(super) fn sums<const N: usize>(
     b: &[f32],
     terms: impl Fn(f32, f32) -> [f64; N] + Sync,
 ) -> [f64; N] {
+    if a.len() <= VALUES_AT_ONCE {
+        return vectorised(
+            #[inline(always)]
+            || part(a, b, &terms),
+        );
+    }
     let parts: Vec<[f64; N]> = a
         .par_chunks(VALUES_AT_ONCE)
         .zip(b.par_chunks(VALUES_AT_ONCE))

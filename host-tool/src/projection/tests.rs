@@ -123,7 +123,9 @@ proptest! {
         let weights = [1.0, 0.5, 0.25, 0.125];
         let (mut picture, mut line) = (vec![0.0; 2 * width], vec![0.0; width]);
         rays.project(&planes, &weights, &mut picture);
-        rays.project_line(&lines, &weights, &mut line);
+        for (film, (films, &weight)) in lines.chunks(width).zip(&weights).enumerate() {
+            rays.project_film_line(film, films, weight, &mut line);
+        }
         prop_assert_eq!(&picture[..width], &line[..]);
         prop_assert_eq!(&picture[width..], &line[..]);
     }

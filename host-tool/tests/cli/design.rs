@@ -221,7 +221,7 @@ fn no_more_memory_is_used_than_was_said() {
         let told = fs::read_to_string(workshop.path("told")).unwrap();
         let said = told.lines().find_map(|line| line.strip_prefix("needs at most about ")).unwrap();
         let said: f64 = said.split(' ').next().unwrap().parse().unwrap();
-        assert!(peak <= said && peak > 0.4 * said, "{method}: {said} MiB said, {peak} MiB used");
+        assert!(peak <= said && peak > 0.7 * said, "{method}: {said} MiB said, {peak} MiB used");
     }
 }
 

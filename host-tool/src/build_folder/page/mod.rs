@@ -37,7 +37,7 @@ pub(super) struct PageParts<'a> {
     pub(super) plan: &'a Plan,
     pub(super) pictures: &'a [ViewPictures],
     /// PNG files of 8 bits.
-    pub(super) films: &'a [Vec<u8>],
+    pub(super) films: &'a [&'a [u8]],
     /// What went in, and all that comes out beside the page itself.
     pub(super) manifest: &'a Manifest,
 }

@@ -54,7 +54,7 @@ fn page_of(exhibit: &Exhibit, manifest: &Manifest) -> String {
         report: &report(exhibit),
         plan: &plan(exhibit),
         pictures: &[picture(), picture(), picture()],
-        films: &[vec![4], vec![5]],
+        films: &[&[4], &[5]],
         manifest,
     })
 }

@@ -59,7 +59,7 @@ pub(super) fn scripts(parts: &PageParts<'_>) -> Markup {
 }
 
 fn fits(parts: &PageParts<'_>) -> bool {
-    parts.films.iter().map(Vec::len).sum::<usize>() <= MOST_BYTES
+    parts.films.iter().map(|film| film.len()).sum::<usize>() <= MOST_BYTES
 }
 
 fn turntable() -> Markup {

@@ -5,9 +5,9 @@ mod settle;
 use rayon::prelude::*;
 
 use super::blur::Blurred;
-use super::kernel::{Answers, Pace, RowSteps, step_row};
+use super::kernel::{Answers, Pace, RowSteps, narrow, step_row};
 use super::lines::{by_film, by_row};
-use super::{Effort, PATIENCE, Problem, SolverView};
+use super::{Effort, Loss, PATIENCE, Problem, SolverView};
 use crate::design::structure::{Scratch, Structure};
 use crate::simd::vectorised;
 
@@ -51,19 +51,6 @@ pub(super) fn solve(
     by_film(volume, &mut ahead, problem);
 }
 
-/// What is lost to errors of the expected light, to their structure, and to what scatters about that light.
-struct Loss {
-    errors: f64,
-    structure: f64,
-    scatter: f64,
-}
-
-impl Loss {
-    fn sum(&self) -> f64 {
-        self.errors + self.structure + self.scatter
-    }
-}
-
 /// One colour as it is worked on; films are row, film, column.
 struct Work<'a> {
     problem: &'a Problem,
@@ -73,8 +60,8 @@ struct Work<'a> {
     blurred: Option<Blurred>,
     /// 0 for a film that stays as it is.
     film_steps: Vec<f32>,
-    /// Of each voxel, where they differ.
-    steps: Vec<f32>,
+    /// Of each voxel, where they differ; see [`narrow`].
+    steps: Vec<u16>,
     answers: Vec<ViewAnswer>,
     /// Where structure looks at errors.
     scratch: Option<Scratch>,
@@ -100,7 +87,7 @@ impl<'a> Work<'a> {
             targets,
             blurred: Blurred::new(problem),
             film_steps: problem.film_steps(),
-            steps: vec![0.0; if problem.steps_vary() { ahead.len() } else { 0 }],
+            steps: vec![0; if problem.steps_vary() { ahead.len() } else { 0 }],
             answers: views.map(|(view, target)| ViewAnswer::new(problem, view, target)).collect(),
             scratch: (problem.structure > 0.0)
                 .then(|| Scratch::new(problem.width * problem.height, problem.width)),
@@ -149,7 +136,7 @@ impl<'a> Work<'a> {
             }
             blurred.turn(self.problem, self.answers.iter().map(|answer| &*answer.slopes).collect());
         }
-        let mut steps: Vec<&mut [f32]> = self.steps.chunks_mut(size).collect();
+        let mut steps: Vec<&mut [u16]> = self.steps.chunks_mut(size).collect();
         steps.resize_with(self.ahead.len().div_ceil(size), Default::default);
         let (problem, answers, film_steps) = (self.problem, &self.answers, &self.film_steps);
         let blurred = self.blurred.as_ref();
@@ -165,6 +152,7 @@ impl<'a> Work<'a> {
                     first: chunk * ROWS_AT_ONCE,
                     gradient: vec![0.0; problem.width],
                     scratch: vec![0.0; problem.width],
+                    wide_steps: vec![0.0; problem.width],
                 };
                 vectorised(
                     #[inline(always)]
@@ -252,6 +240,8 @@ struct Rows<'a> {
     first: usize,
     gradient: Vec<f32>,
     scratch: Vec<f32>,
+    /// Steps of one line before they are made narrow.
+    wide_steps: Vec<f32>,
 }
 
 impl Rows<'_> {
@@ -260,7 +250,7 @@ impl Rows<'_> {
         &mut self,
         now: &mut [f32],
         ahead: &mut [f32],
-        steps: &mut [f32],
+        steps: &mut [u16],
         pace: Pace,
         renew_steps: bool,
     ) -> f64 {
@@ -303,17 +293,19 @@ impl Rows<'_> {
     }
 
     #[inline(always)]
-    fn renew_steps(&mut self, film: usize, row: usize, steps: &mut [f32]) {
+    fn renew_steps(&mut self, film: usize, row: usize, narrow_steps: &mut [u16]) {
         if self.film_steps[film] == 0.0 {
-            steps.fill(0.0);
+            narrow_steps.fill(0);
             return;
         }
+        let steps = &mut self.wide_steps;
         steps.fill(self.problem.noise(film));
         for (view, answer) in self.problem.views.iter().zip(self.answers) {
             let weight = view.film_weights[film] * view.row_sum();
             view.rays.back_project_row(film, row, &answer.curvatures, weight, steps, &mut self.scratch);
         }
         self.problem.curvatures_to_steps(film, row, steps);
+        narrow_steps.iter_mut().zip(steps).for_each(|(narrowed, step)| *narrowed = narrow(*step));
     }
 }
 

@@ -109,6 +109,7 @@ impl Work<'_> {
             first: 0,
             gradient: vec![0.0; width],
             scratch: vec![0.0; width],
+            wide_steps: vec![0.0; width],
         };
         let mut slopes = Vec::with_capacity(width * problem.height);
         let mut curvatures = vec![0.0; width * problem.height];

@@ -59,6 +59,7 @@ fn loss_and_slope(problem: &Problem, targets: &[&[f32]], volume: &[f32]) -> (f64
         first: 0,
         gradient: vec![0.0; WIDTH],
         scratch: vec![0.0; WIDTH],
+        wide_steps: vec![0.0; WIDTH],
     };
     let mut slope = Vec::new();
     for (index, ahead) in work.ahead.chunks_exact(WIDTH).enumerate() {
