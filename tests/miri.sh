@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs the tests of the crates that the controller's firmware is made of under Miri, which finds undefined behaviour, and
 # under AddressSanitizer, which finds what Miri has no time for. Neither is part of tests/run.sh: both need a nightly
-# compiler, and Miri its component.
+# compiler, and Miri its component. tests/memcheck.sh is, and finds less.
 #
 #   tests/miri.sh [PACKAGE...]        by default vitrine-exhibit, vitrine-protocol and vitrine-storage
 #

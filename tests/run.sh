@@ -13,6 +13,8 @@ say "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --document-private-items
 say "tests"
 cargo test --no-fail-fast
+say "memory of the firmware's logic"
+tests/memcheck.sh
 
 say "book"
 # A program for this alone: it is not optimised.
