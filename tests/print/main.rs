@@ -28,10 +28,10 @@ struct Dots {
 impl Printed {
     /// Film values as they are.
     fn new(more: &[&str]) -> Self {
-        Self::printed(&[&["--as-designed"], more].concat())
+        Self::with(&[&["--as-designed"], more].concat())
     }
 
-    fn printed(more: &[&str]) -> Self {
+    fn with(more: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let vitrine = |arguments: &[&str]| {
             let mut command = Command::new(command());
@@ -351,7 +351,7 @@ fn lab(profile: &str, numbers: [f64; 3]) -> [f64; 3] {
 
 #[test]
 fn the_inks_profile_tells_what_light_their_coverages_give() {
-    let printed = Printed::printed(&["--dpi", "360x180", "--icc"]);
+    let printed = Printed::with(&["--dpi", "360x180", "--icc"]);
     let inks = printed.name("sheets/inks.icc");
     // The TIFF's profile as ImageMagick finds it, the PDF's as qpdf does.
     let samples = printed.name("samples.icc");
@@ -387,7 +387,7 @@ fn the_inks_profile_tells_what_light_their_coverages_give() {
 #[test]
 fn a_halftone_is_the_same_in_both_formats_and_no_dot_has_two_inks() {
     for way in ["blue-noise", "error-diffusion"] {
-        let printed = Printed::printed(&["--dpi", "720x360", "--halftone", way]);
+        let printed = Printed::with(&["--dpi", "720x360", "--halftone", way]);
         let (width, height) = printed.size("/film_dots");
         let tiff = by_libtiff(&printed.name("sheets/sheet-01.tif"), &printed.name("plain.tif"));
         let pdf = printed.name("sheets/sheet-01.pdf");
@@ -400,7 +400,8 @@ fn a_halftone_is_the_same_in_both_formats_and_no_dot_has_two_inks() {
             let rows = raw.chunks_exact((3 * width).div_ceil(8));
             let bit = |row: &[u8], at: usize| u16::from(row[at / 8] >> (7 - at % 8) & 1) * u16::MAX;
             let ink: Vec<u16> = rows.flat_map(|row| (0..3 * width).map(move |at| bit(row, at))).collect();
-            let dots = tiff.crop((x, y), (width, height)).iter().map(|sample| u16::MAX - sample);
+            let samples = tiff.crop((x, y), (width, height));
+            let dots = samples.iter().map(|sample| u16::MAX - sample);
             assert!(dots.eq(ink.iter().copied()), "{way}: film {number}");
             assert!(ink.chunks_exact(3).all(|dot| dot.iter().filter(|ink| **ink > 0).count() <= 1));
             assert!(ink.contains(&u16::MAX), "{way}: film {number} is empty");
