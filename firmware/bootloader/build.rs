@@ -5,33 +5,19 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::{env, fs};
 
-use serde::Deserialize;
-
-#[derive(Deserialize)]
-struct Board {
-    pin: Vec<Pin>,
-}
-
-#[derive(Deserialize)]
-struct Pin {
-    gp: u8,
-    net: String,
-}
+use vitrine_pins::Board;
 
 const NETS: [&str; 4] = ["LAMP_TOP_DIM", "LAMP_BOTTOM_DIM", "LAMP_ENABLE", "STATUS_LED"];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let root = env::var("CARGO_MANIFEST_DIR")?;
     let out = env::var("OUT_DIR")?;
-    let pins = Path::new(&root).join("../../hardware/pins.toml");
-    println!("cargo:rerun-if-changed={}", pins.display());
+    println!("cargo:rerun-if-changed={}", Board::path().display());
     println!("cargo:rerun-if-changed=memory.x");
-    let board: Board = toml::from_str(&fs::read_to_string(&pins)?)?;
+    let board = Board::read()?;
     let mut text = String::new();
     for net in NETS {
-        let pin = board.pin.iter().find(|pin| pin.net == net);
-        let pin = pin.ok_or_else(|| format!("{}: no net {net}", pins.display()))?;
-        writeln!(text, "/// GP{0}.\nconst {net}: usize = {0};", pin.gp)?;
+        writeln!(text, "/// GP{0}.\nconst {net}: usize = {0};", board.net(net)?.gp)?;
     }
     fs::write(Path::new(&out).join("pins.rs"), text)?;
 

@@ -1,36 +1,12 @@
 //! Tells the linker about the memory, and generates two tables from their one source: the pins from
 //! hardware/pins.toml and the flash regions from memory.x.
 
-use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::{env, fs};
 
-use serde::Deserialize;
-
-#[derive(Deserialize)]
-struct Board {
-    group: BTreeMap<String, Group>,
-    pin: Vec<Pin>,
-}
-
-#[derive(Deserialize)]
-struct Group {
-    #[serde(default)]
-    peripherals: BTreeMap<String, String>,
-    #[serde(default)]
-    by_number: bool,
-}
-
-#[derive(Deserialize)]
-struct Pin {
-    gp: u8,
-    net: String,
-    group: String,
-    role: String,
-    function: String,
-}
+use vitrine_pins::Board;
 
 /// Flash begins here in the processor's memory; the flash driver counts from it.
 const FLASH_BASE: u32 = 0x1000_0000;
@@ -43,14 +19,12 @@ const HEADER_BYTES: u32 = 256;
 fn main() -> Result<(), Box<dyn Error>> {
     let root = env::var("CARGO_MANIFEST_DIR")?;
     let out = env::var("OUT_DIR")?;
-    let pins = Path::new(&root).join("../../hardware/pins.toml");
     let is_rp2350 = env::var("CARGO_FEATURE_RP2350").is_ok();
     let memory = Path::new(&root).join(if is_rp2350 { "memory.rp2350.x" } else { "memory.x" });
-    for input in [&pins, &memory] {
+    for input in [&Board::path(), &memory] {
         println!("cargo:rerun-if-changed={}", input.display());
     }
-    let board: Board = toml::from_str(&fs::read_to_string(&pins)?)?;
-    fs::write(Path::new(&out).join("pins.rs"), pin_table(&board)?)?;
+    fs::write(Path::new(&out).join("pins.rs"), pin_table(&Board::read()?)?)?;
     let script = fs::read_to_string(&memory)?;
     fs::write(Path::new(&out).join("flash_map.rs"), flash_map(&script, is_rp2350)?)?;
 
@@ -82,14 +56,7 @@ fn pin_table(board: &Board) -> Result<String, Box<dyn Error>> {
     }
     text.push_str("}\n");
     for pin in &board.pin {
-        let Some(group) = board.group.get(&pin.group) else {
-            return Err(format!("pins.toml: GP{} names the unknown group '{}'", pin.gp, pin.group).into());
-        };
-        let twice = board.pin.iter().filter(|other| other.gp == pin.gp || other.net == pin.net).count();
-        if twice != 1 {
-            return Err(format!("pins.toml: GP{} or its net {} is used twice", pin.gp, pin.net).into());
-        }
-        if group.by_number {
+        if board.group.get(&pin.group).is_some_and(|group| group.by_number) {
             writeln!(text, "/// GP{}: {}.", pin.gp, pin.function)?;
             writeln!(text, "pub(crate) const {}: usize = {};", pin.net, pin.gp)?;
         }

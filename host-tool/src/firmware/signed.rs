@@ -1,6 +1,8 @@
 //! Signed images, and the flash of a new board.
 
-use std::{fs, path::Path};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
 
 use ed25519_dalek::Signer;
 use vitrine_boot::{DEVELOPMENT_KEY, HEADER_BYTES, Header, Key, LAYOUT, SIGNED_BYTES};
@@ -24,12 +26,11 @@ impl SignedImage {
     /// The file cannot be read, or holds no whole image for this board.
     pub fn read(path: &Path) -> Result<Self, FirmwareError> {
         let unreadable = |source| FirmwareError::Unreadable { path: path.to_owned(), source };
-        // Larger files are none, and need not be read whole to say so.
-        let length = fs::metadata(path).map_err(unreadable)?.len();
-        if length > u64::from(LAYOUT.active.bytes()) {
-            return Err(FirmwareError::NoImage { path: path.to_owned(), fault: ImageFault::Length });
-        }
-        let bytes = fs::read(path).map_err(unreadable)?;
+        let mut bytes = Vec::new();
+        // A larger file is no image, and need not be read whole to say why.
+        let most = u64::from(LAYOUT.active.bytes()) + 1;
+        let read = File::open(path).and_then(|file| file.take(most).read_to_end(&mut bytes));
+        read.map_err(unreadable)?;
         Self::from_bytes(bytes).map_err(|fault| FirmwareError::NoImage { path: path.to_owned(), fault })
     }
 
@@ -41,10 +42,8 @@ impl SignedImage {
         let (front, body) = bytes.split_first_chunk().ok_or(ImageFault::NoImage)?;
         // The board's own judge, but for the signature: a board may take another key than this computer knows.
         let header = LAYOUT.vouch(front, &Anybody(*front))?;
-        if body.len() != header.length as usize {
-            return Err(ImageFault::Length);
-        }
-        if *blake3::hash(body).as_bytes() != header.digest {
+        let is_whole = body.len() == header.length as usize;
+        if !is_whole || *blake3::hash(body).as_bytes() != header.digest {
             return Err(ImageFault::Damaged);
         }
         Ok(Self { header, bytes })

@@ -20,7 +20,14 @@ fn what_is_signed_is_read_back_and_damage_is_found() {
     let mut flipped = signed.clone();
     flipped[600] ^= 1;
     assert_eq!(fault(&flipped), ImageFault::Damaged);
-    assert_eq!(fault(&signed[..signed.len() - 1]), ImageFault::Length);
+    assert_eq!(fault(&signed[..signed.len() - 1]), ImageFault::Damaged);
+    assert_eq!(fault(&[&signed[..], &[0]].concat()), ImageFault::Damaged);
+    let mut long = signed.clone();
+    long[44..48].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert_eq!(fault(&long), ImageFault::Length);
+    let mut elsewhere = signed.clone();
+    elsewhere[8..16].copy_from_slice(b"rp2350\0\0");
+    assert_eq!(fault(&elsewhere), ImageFault::OtherBoard);
     assert_eq!(fault(&signed[..100]), ImageFault::NoImage);
     assert_eq!(fault(&[]), ImageFault::NoImage);
 }

@@ -60,7 +60,10 @@ fn signed_firmware_is_installed_and_reports_itself() {
 #[test]
 fn a_key_of_ones_own_signs_and_a_board_of_another_key_refuses() {
     let workshop = workshop();
-    workshop.succeed(&["firmware", "keygen", "--secret", "my.secret.pem", "--public", "my.public.pem"]);
+    let keygen = ["firmware", "keygen", "--secret", "my.secret.pem", "--public", "my.public.pem"];
+    workshop.succeed(&[&keygen[..], &["--dry-run"]].concat());
+    assert!(!workshop.path("my.secret.pem").exists() && !workshop.path("my.public.pem").exists());
+    workshop.succeed(&keygen);
     let public = std::fs::read_to_string(workshop.path("my.public.pem")).unwrap();
     assert!(public.starts_with("-----BEGIN PUBLIC KEY-----"), "{public}");
     #[cfg(unix)]
@@ -69,9 +72,11 @@ fn a_key_of_ones_own_signs_and_a_board_of_another_key_refuses() {
         let mode = std::fs::metadata(workshop.path("my.secret.pem")).unwrap().permissions().mode();
         assert_eq!(mode & 0o777, 0o600);
     }
-    let again =
-        workshop.run(&["firmware", "keygen", "--secret", "my.secret.pem", "--public", "other.public.pem"]);
-    assert!(again.stderr.contains("vitrine::firmware::key_exists"), "{}", again.stderr);
+    for more in [&[][..], &["--dry-run"]] {
+        let again = ["firmware", "keygen", "--secret", "my.secret.pem", "--public", "other.public.pem"];
+        let again = workshop.run(&[&again[..], more].concat());
+        assert!(again.stderr.contains("vitrine::firmware::key_exists"), "{}", again.stderr);
+    }
     assert!(!workshop.path("other.public.pem").exists());
 
     let sign = ["firmware", "sign", "new.elf", "--key", "my.secret.pem", "-o", "new.signed"];
@@ -93,6 +98,12 @@ fn files_that_are_no_firmware_are_named_with_the_remedy() {
     workshop.write("other.elf", &elf("x")[..60]);
     workshop.write("text.pem", "no key");
     workshop.write("long.signed", vec![0; 400_000]);
+    let whole = std::fs::read(workshop.path("new.signed")).unwrap();
+    workshop.write("cut.signed", &whole[..whole.len() / 2]);
+    let cut = workshop.run(&["firmware", "update", "cut.signed", "--to", "tcp:127.0.0.1:1"]);
+    assert!(cut.stderr.contains("bytes were changed or are missing"), "{}", cut.stderr);
+    let other = workshop.run(&["firmware", "update", "long.signed", "--to", "tcp:127.0.0.1:1"]);
+    assert!(other.stderr.contains("this is no signed firmware image"), "{}", other.stderr);
     for (arguments, code) in [
         (&["firmware", "update", "flipped.signed", "--to", "tcp:127.0.0.1:1"][..], "no_image"),
         (&["firmware", "update", "new.elf", "--to", "tcp:127.0.0.1:1"], "no_image"),

@@ -23,9 +23,9 @@ Examples:
   vitrine firmware build --version 0.2.0-rc1 -o firmware
 
 Leaves in the folder:
-  firmware.uf2             boot loader and firmware, for a new board: hold BOOTSEL, plug it in, copy the file
-  firmware.bin             the same bytes, for a probe: they belong at 0x10000000
-  firmware.signed          the firmware alone, for `vitrine firmware update`
+  firmware.uf2      boot loader and firmware, for a new board: hold BOOTSEL, plug it in, copy the file
+  firmware.bin      the same bytes, for a probe: they belong at 0x10000000
+  firmware.signed   the firmware alone, for `vitrine firmware update`
   vitrine-pico.elf, vitrine-bootloader.elf    for probes, and for `vitrine log --live`")]
 pub(super) struct Build {
     #[command(flatten)]
@@ -36,7 +36,14 @@ pub(super) struct Build {
     /// The folder for what is built; it is made where it is missing.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// Only tell what would be built, signed and written.
+    #[arg(long)]
+    dry_run: bool,
 }
+
+/// What is left in the folder.
+const FILES: [&str; 5] =
+    ["firmware.uf2", "firmware.bin", "firmware.signed", "vitrine-bootloader.elf", "vitrine-pico.elf"];
 
 #[derive(Debug, Error, Diagnostic)]
 enum BuildFailure {
@@ -61,6 +68,10 @@ impl Build {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let source = self.source()?;
         let key = self.signing.key(output)?;
+        if self.dry_run {
+            self.tell_plan(&source, &key, output);
+            return Ok(());
+        }
         std::fs::create_dir_all(&self.output)
             .map_err(|source| WriteFailure::Write { path: self.output.clone(), source })?;
         build(&source, &key, output)?;
@@ -69,13 +80,8 @@ impl Build {
         let [loader, firmware] = [bootloader(&elf[0])?, image(&elf[1])?];
         let signed = sign(&firmware, &self.signing.version, &key);
         let flash = join(&loader, &signed);
-        for (name, bytes) in [
-            ("firmware.uf2", uf2(&flash)),
-            ("firmware.bin", flash),
-            ("firmware.signed", signed.clone()),
-            ("vitrine-bootloader.elf", read(&elf[0])?),
-            ("vitrine-pico.elf", read(&elf[1])?),
-        ] {
+        let contents = [uf2(&flash), flash, signed.clone(), read(&elf[0])?, read(&elf[1])?];
+        for (name, bytes) in FILES.into_iter().zip(contents) {
             let path = self.output.join(name);
             write_file(&path, &bytes).map_err(|source| WriteFailure::Write { path, source })?;
         }
@@ -88,6 +94,8 @@ impl Build {
             "development_key": key.is_development(),
             "boot_loader": as_json(sizes[0]),
             "firmware": as_json(sizes[1]),
+            "files": FILES,
+            "written": true,
         });
         output.result(&told, || {
             let line = |name: &str, sizes: Sizes| {
@@ -103,6 +111,30 @@ impl Build {
             )
         });
         Ok(())
+    }
+
+    fn tell_plan(&self, source: &Path, key: &SecretKey, output: Output) {
+        let told = json!({
+            "folder": self.output,
+            "version": self.signing.version,
+            "blake3": null,
+            "key": key.fingerprint(),
+            "development_key": key.is_development(),
+            "boot_loader": null,
+            "firmware": null,
+            "files": FILES,
+            "written": false,
+        });
+        output.result(&told, || {
+            format!(
+                "{}: firmware {} of the sources in {} would be built, and signed with the key {}: {}",
+                self.output.display(),
+                self.signing.version,
+                source.display(),
+                key.fingerprint(),
+                FILES.join(", ")
+            )
+        });
     }
 
     fn source(&self) -> Result<PathBuf, BuildFailure> {

@@ -18,8 +18,8 @@ use crate::cli::output::Output;
 Examples:
   vitrine firmware keygen --secret exhibit.secret.pem --public exhibit.public.pem
 
-Keep the secret part where only those reach it who may change the firmware of your exhibits, and a copy of it elsewhere: if it
-is lost, boards can only be given new firmware by opening them.")]
+Keep the secret part where only those reach it who may change the firmware of your exhibits, and a
+copy of it elsewhere: if it is lost, boards can only be given new firmware by opening them.")]
 pub(super) struct Keygen {
     /// Where the secret part goes; the file must not be there yet.
     #[arg(long, value_name = "FILE")]
@@ -27,6 +27,9 @@ pub(super) struct Keygen {
     /// Where the public part goes; the file must not be there yet.
     #[arg(long, value_name = "FILE")]
     public: PathBuf,
+    /// Only tell which files would be written.
+    #[arg(long)]
+    dry_run: bool,
 }
 
 #[derive(Debug, Error, Diagnostic)]
@@ -41,6 +44,35 @@ enum KeygenFailure {
 
 impl Keygen {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
+        let key = if self.dry_run {
+            self.look()?;
+            None
+        } else {
+            Some(self.make()?.fingerprint())
+        };
+        let told = serde_json::json!({
+            "secret": self.secret,
+            "public": self.public,
+            "key": key,
+            "written": key.is_some(),
+        });
+        output.result(&told, || {
+            let (secret, public) = (self.secret.display(), self.public.display());
+            match &key {
+                Some(key) => format!("key {key}: keep {secret} secret; {public} goes into boards"),
+                None => format!("a key would be made: {secret} to keep secret, {public} for boards"),
+            }
+        });
+        Ok(())
+    }
+
+    /// Whether both files could be written.
+    fn look(&self) -> Result<(), KeygenFailure> {
+        let there = [&self.secret, &self.public].into_iter().find(|path| path.exists());
+        there.map_or(Ok(()), |path| Err(KeygenFailure::Exists { path: path.clone() }))
+    }
+
+    fn make(&self) -> Result<SecretKey, Report> {
         let key = SecretKey::generate()?;
         let (secret, public) = (key.secret_pem()?, key.public_pem()?);
         write_new(&self.secret, &secret, true)?;
@@ -49,20 +81,7 @@ impl Keygen {
             let _ = std::fs::remove_file(&self.secret);
             return Err(failure);
         }
-        let told = serde_json::json!({
-            "secret": self.secret,
-            "public": self.public,
-            "key": key.fingerprint(),
-        });
-        output.result(&told, || {
-            format!(
-                "key {}: keep {} secret; {} goes into boards",
-                key.fingerprint(),
-                self.secret.display(),
-                self.public.display()
-            )
-        });
-        Ok(())
+        Ok(key)
     }
 }
 

@@ -22,8 +22,9 @@ Examples:
   vitrine firmware update firmware/firmware.signed
   vitrine firmware update firmware/firmware.signed --to /dev/ttyACM0 --dry-run
 
-The lamps go dark while the controller restarts. New firmware has a minute to show that it works, dark and with the lamps' supply
-on; otherwise the controller goes back to what ran before. The power may go at any moment.")]
+The lamps go dark while the controller restarts. New firmware has a minute to show that it works,
+dark and with the lamps' supply on; otherwise the controller goes back to what ran before. The power
+may go at any moment. An older version is installed like a newer one.")]
 pub(super) struct Update {
     /// The signed image.
     image: PathBuf,
@@ -93,7 +94,7 @@ impl Update {
             let done = match (&after, same) {
                 (Some(_), _) => "runs, and has confirmed itself",
                 (None, true) => "runs already",
-                (None, false) => "was not sent",
+                (None, false) => "would be installed",
             };
             format!("firmware {} {done} at {address}; before: {}", image.header.version, before.version)
         });
