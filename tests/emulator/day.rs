@@ -57,6 +57,7 @@ fn visitors_come_walk_and_go() {
                 at: bench.now,
                 person_deg,
                 bearing_deg: snapshot.bearing.map(|bearing| f64::from(bearing.horizontal.0) / 100.0),
+                view: snapshot.view,
                 top,
                 bottom,
                 celsius,
@@ -84,6 +85,8 @@ fn visitors_come_walk_and_go() {
         let stands = stands.expect("somebody stands");
         assert!((seen - stands).abs() < 6.0, "seen at {seen}, stands at {stands}");
     }
+    let shown = [1, 2, 3].map(|visit| end_of(visit).view);
+    assert_eq!(shown, [Some(0), Some(1), Some(2)], "each sees the view made for where they stand");
     let nobody = end_of(6);
     assert!(nobody.top == 0.0 && nobody.bottom == 0.0, "dark when nobody has been there: {nobody:?}");
     assert!(run.windows(2).all(|pair| pair[0].dose <= pair[1].dose), "dose never falls");

@@ -1,11 +1,12 @@
 //! What a run looks like: a waveform file (VCD) of the pins, and a picture (SVG) of the exhibit over time.
 //!
-//! Written where the environment variable `VITRINE_TRACE` names a folder.
+//! Written where the environment variable `VITRINE_TRACE` names a folder; `bench.sh --trace` does so.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use crate::bench::{LAMP_BOTTOM, LAMP_ENABLE, LAMP_TOP, SECOND};
+use crate::exhibit::VIEWS;
 use crate::signals::Edge;
 
 /// One moment of a run, for the picture.
@@ -16,6 +17,8 @@ pub(crate) struct Moment {
     pub(crate) person_deg: Option<f64>,
     /// Where the board believes that somebody stands.
     pub(crate) bearing_deg: Option<f64>,
+    /// The index in the plan of the view that is shown.
+    pub(crate) view: Option<u8>,
     /// Duty at the pins, 0 to 1.
     pub(crate) top: f64,
     pub(crate) bottom: f64,
@@ -63,15 +66,24 @@ const MARGIN: f64 = 60.0;
 /// A panel of the picture: its title, its range, and its lines with their colours.
 type Panel<'a> = (&'a str, f64, f64, Vec<(&'a str, &'a dyn Fn(&Moment) -> Option<f64>)>);
 
-/// A picture of a run: bearing, levels, temperature and dose over time.
+/// A picture of a run: bearing, view, levels, temperature and dose over time.
 pub(crate) fn picture(run: &[Moment]) -> String {
     let most = |value: &dyn Fn(&Moment) -> f64| run.iter().map(value).fold(1.0, f64::max);
-    let panels: [Panel<'_>; 4] = [
+    let names: Vec<String> =
+        VIEWS.iter().zip(1..).map(|((name, ..), number)| format!("{number} {name}")).collect();
+    let views = format!("view that is shown: {}", names.join(", "));
+    let panels: [Panel<'_>; 5] = [
         (
             "bearing in degrees: where somebody stands (grey), what the board sees (blue)",
             -50.0,
             50.0,
             vec![("#999", &|moment| moment.person_deg), ("#06c", &|moment| moment.bearing_deg)],
+        ),
+        (
+            &views,
+            0.0,
+            VIEWS.len() as f64 + 1.0,
+            vec![("#06c", &|moment| Some(f64::from(moment.view?) + 1.0))],
         ),
         (
             "duty at the pins: top (violet), bottom (orange)",
