@@ -260,7 +260,7 @@ fn described(
     let mut report = Report::new(exhibit, design);
     report.as_built = beside.as_built.cloned();
     report.object = beside.object.cloned();
-    let (pixels, film_pixels) = ([design.volume.width(), design.volume.height()], exhibit.stack.pixels);
+    let (pixels, film_pixels) = (films.pixels, exhibit.stack.pixels);
     let film_pixels = film_pixels.map(|pixels| pixels as usize);
     report.in_small = (pixels != film_pixels).then_some(InSmall { pixels, film_pixels });
     if let Some(given) = given {

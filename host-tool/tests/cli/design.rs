@@ -18,6 +18,7 @@ fn a_build_has_all_its_files_and_the_manifest_names_them() {
     let stdout = workshop.succeed(&["design", "exhibit.toml", "-o", "build", "--json"]);
     let told: Value = serde_json::from_str(&stdout).unwrap();
     assert_eq!(told, json(&workshop, "build/report.json"));
+    assert!(told["in_small"].is_null(), "the pictures are of the films themselves: {told}");
     assert_eq!(
         names(&workshop.path("build")),
         ["films", "manifest.json", "plan.bin", "plan.json", "report.html", "report.json", "views"]
