@@ -7,12 +7,12 @@ use crate::volume::CHANNELS;
 /// Bytes of a value.
 const VALUE: f64 = size_of::<f32>() as f64;
 /// The program itself with its threads.
-const PROGRAM_MIB: f64 = 22.0;
+const PROGRAM_MIB: f64 = 24.0;
 const MIB: f64 = 1024.0 * 1024.0;
 /// The coarse films from which the last ones begin, as a part of those.
 const COARSE_PART: f64 = 0.25;
 /// Pictures of all colours that measuring one view takes beside what it returns.
-const MEASURED_PICTURES: f64 = 9.0;
+const MEASURED_PICTURES: f64 = 15.0;
 /// Bytes of a film pixel in its file at most, as a part of the pixel's bytes in the volume.
 const FILE_PART: f64 = 0.25;
 /// Copies of the films' files, the page with its copies in base64 among them, while the page is made.
