@@ -157,20 +157,21 @@ impl Report {
     /// The figures as lines to read.
     pub fn summary(&self) -> String {
         let mut lines: Vec<String> = self.object.iter().map(ObjectReport::summary).collect();
+        let wide = self.name_width();
         for view in &self.views {
             let Figures { psnr_db, ssim, .. } = view.quality;
             let Pair { top, bottom } = view.emphasis;
             lines.push(format!(
-                "{:<16} {:>6.1} deg {:>6.1} deg   {psnr_db:>5.1} dB  SSIM {ssim:.2}   lamps top {top:.2} bottom {bottom:.2}",
+                "{:<wide$} {:>6.1} deg {:>6.1} deg   {psnr_db:>5.1} dB  SSIM {ssim:.2}   lamps top {top:.2} bottom {bottom:.2}",
                 view.id, view.horizontal_deg, view.vertical_deg
             ));
         }
         lines.push(format!(
-            "{:<16} {:>23}   {:>5.1} dB  SSIM {:.2}   least view {:.1} dB  SSIM {:.2}",
+            "{:<wide$} {:>23}   {:>5.1} dB  SSIM {:.2}   least view {:.1} dB  SSIM {:.2}",
             "mean", "", self.mean_psnr_db, self.mean_ssim, self.least_psnr_db, self.least_ssim
         ));
         lines.push(format!(
-            "{:<16} {:<16} {:<16} both lamps full",
+            "{:<wide$} {:<16} {:<16} both lamps full",
             "what lamps do", "own pair", "neutral pair"
         ));
         for (id, under) in self
@@ -180,7 +181,7 @@ impl Report {
             .chain([self.mean_under_lamps()])
         {
             let cells = under.map(|(psnr_db, ssim)| format!("{psnr_db:>5.1} dB {ssim:.2}   "));
-            lines.push(format!("{id:<16} {}", cells.join(" ").trim_end()));
+            lines.push(format!("{id:<wide$} {}", cells.join(" ").trim_end()));
         }
         lines.extend(self.as_built.iter().flat_map(|built| self.as_built_lines(built)));
         lines.extend(self.hold_in_words());
@@ -188,15 +189,21 @@ impl Report {
         lines.join("\n")
     }
 
+    // The columns stand below each other however long the views' names are.
+    fn name_width(&self) -> usize {
+        self.views.iter().map(|view| view.id.len()).fold(16, usize::max)
+    }
+
     fn as_built_lines(&self, built: &AsBuilt) -> Vec<String> {
-        let heading = format!("as built         mean of {} stacks   worst stack", built.stacks);
+        let wide = self.name_width();
+        let heading = format!("{:<wide$} mean of {} stacks   worst stack", "as built", built.stacks);
         let views = self.views.iter().zip(&built.views).map(|(view, of)| {
             let ViewAsBuilt { mean_psnr_db, worst_psnr_db, mean_ssim, worst_ssim, .. } = of;
             (view.id.as_str(), [*mean_psnr_db, *mean_ssim, *worst_psnr_db, *worst_ssim])
         });
         let all = [built.mean_psnr_db(), built.mean_ssim(), built.worst_psnr_db(), built.worst_ssim()];
         let line = |(id, [mean_db, mean, worst_db, worst]): (&str, [f64; 4])| {
-            format!("{id:<16} {mean_db:>5.1} dB  SSIM {mean:.2}   {worst_db:>5.1} dB  SSIM {worst:.2}")
+            format!("{id:<wide$} {mean_db:>5.1} dB  SSIM {mean:.2}   {worst_db:>5.1} dB  SSIM {worst:.2}")
         };
         std::iter::once(heading).chain(views.chain([("all", all)]).map(line)).collect()
     }

@@ -169,13 +169,8 @@ impl Drop for WholeFolder {
 /// # Errors
 /// Fails when the file cannot be written beside its place or renamed into it.
 pub fn write_file(place: &Path, bytes: &[u8]) -> io::Result<()> {
-    let parent = parent_of(place);
-    if !parent.exists() {
-        let missing = format!("there is no folder {}", parent.display());
-        return Err(io::Error::new(io::ErrorKind::NotFound, missing));
-    }
     // It says what is wrong without the name of an unfinished file.
-    try_beside(place)?;
+    try_file(place)?;
     let mut builder = tempfile::Builder::new();
     builder.prefix(".vitrine-unfinished-");
     #[cfg(unix)]
@@ -183,11 +178,27 @@ pub fn write_file(place: &Path, bytes: &[u8]) -> io::Result<()> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(parent)?;
+    let mut file = builder.tempfile_in(parent_of(place))?;
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
     file.persist(place)?;
     Ok(())
+}
+
+/// Tries whether the file `place` can be written, before any work is done for it.
+///
+/// # Errors
+/// Where a folder is there, or the folder that it is to be in is missing or takes no file.
+pub fn try_file(place: &Path) -> io::Result<()> {
+    let parent = parent_of(place);
+    if !parent.exists() {
+        let missing = format!("there is no folder {}", parent.display());
+        return Err(io::Error::new(io::ErrorKind::NotFound, missing));
+    }
+    if place.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "a folder is there"));
+    }
+    try_beside(place)
 }
 
 /// Tries whether something can be written where `place` is to be, before any work is done for it.

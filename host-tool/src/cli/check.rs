@@ -10,7 +10,7 @@ use vitrine::object::{self, ObjectReport};
 use vitrine::year::{Year, year};
 
 use super::design::folder_of;
-use super::frontier::draw;
+use super::frontier::{draw, try_place};
 use super::outlook::Outlook;
 use super::output::Output;
 use super::progress::Progress;
@@ -45,6 +45,7 @@ pub(super) struct Check {
 impl Check {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let exhibit = config::load(&self.exhibit)?;
+        self.frontier.as_deref().map_or(Ok(()), try_place)?;
         let this_year = || jiff::Timestamp::now().to_zoned(jiff::tz::TimeZone::UTC).year().unsigned_abs();
         let number = self.year.unwrap_or_else(this_year);
         let calendar = exhibit.plan_calendar().map_err(BuildError::from)?;
@@ -145,9 +146,10 @@ fn summary(exhibit: &Exhibit) -> String {
     if let Some(object) = &exhibit.object {
         lines.push(format!("object  {}", object.model.display()));
     }
+    let wide = exhibit.views.iter().map(|view| view.id.len()).fold(16, usize::max);
     for view in &exhibit.views {
         lines.push(format!(
-            "view    {:<16} {:>6.1} deg horizontal {:>6.1} deg vertical  {}",
+            "view    {:<wide$} {:>6.1} deg horizontal {:>6.1} deg vertical  {}",
             view.id,
             view.horizontal_deg,
             view.vertical_deg,

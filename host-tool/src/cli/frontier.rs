@@ -4,7 +4,7 @@ use std::path::Path;
 
 use plotters::prelude::*;
 use thiserror::Error;
-use vitrine::build_folder::write_file;
+use vitrine::build_folder::{try_file, write_file};
 use vitrine::design::FrontierPoint;
 
 /// Width and height of the drawing.
@@ -27,6 +27,22 @@ pub(super) enum FrontierFailure {
         help("check that the folder is there, may be written and has room")
     )]
     Write { path: String, source: std::io::Error },
+    #[error("{0} is where the points go as JSON")]
+    #[diagnostic(code("vitrine::frontier::name"), help("give the drawing a name that ends in .svg"))]
+    Name(String),
+}
+
+/// Tries whether the drawing at `path` and the points beside it can be written, before they are computed.
+pub(super) fn try_place(path: &Path) -> Result<(), FrontierFailure> {
+    let points = path.with_extension("json");
+    if points == path {
+        return Err(FrontierFailure::Name(path.display().to_string()));
+    }
+    for path in [path, &points] {
+        try_file(path)
+            .map_err(|source| FrontierFailure::Write { path: path.display().to_string(), source })?;
+    }
+    Ok(())
 }
 
 /// Draws quality against brightness and against contrast into the SVG file at `path`, and writes the points

@@ -245,6 +245,22 @@ fn a_mask_and_a_pedestal_change_the_design_and_the_mask_is_an_input() {
 }
 
 #[test]
+fn the_columns_of_the_summary_stand_below_each_other_whatever_the_views_names() {
+    let workshop = Workshop::new();
+    workshop.write("exhibit.toml", SMALL.replace("id = \"coffee\"", "id = \"coffee_in_the_afternoon\""));
+    let summary = workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    let columns = |table: &str| -> Vec<Option<usize>> {
+        let lines = summary.lines().skip_while(|line| !line.starts_with(table)).skip(1).take(3);
+        lines.map(|line| line.find(" dB")).collect()
+    };
+    for table in ["what lamps do", "as built"] {
+        let found = columns(table);
+        assert_eq!(found.len(), 3, "{summary}");
+        assert!(found.iter().all(|column| column.is_some() && *column == found[0]), "{summary}");
+    }
+}
+
+#[test]
 fn a_build_is_replaced_by_the_next_one() {
     let workshop = Workshop::built();
     workshop.write("exhibit.toml", SMALL.replace("films = 8", "films = 5"));

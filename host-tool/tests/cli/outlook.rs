@@ -27,6 +27,22 @@ fn a_check_predicts_the_design_and_draws_the_frontier() {
 }
 
 #[test]
+fn a_frontier_that_cannot_be_written_is_refused_before_it_is_computed() {
+    let workshop = Workshop::small();
+    fs::create_dir(workshop.path("taken.svg")).unwrap();
+    for (place, code, why) in [
+        ("taken.svg", "vitrine::frontier::write", "a folder is there"),
+        ("missing/frontier.svg", "vitrine::frontier::write", "no folder missing"),
+        ("frontier.json", "vitrine::frontier::name", ".svg"),
+    ] {
+        let told = workshop.run(&["check", "exhibit.toml", "--frontier", place, "--dry-run"]);
+        assert_eq!(told.code, Some(1));
+        assert!(told.stderr.contains(code) && told.stderr.contains(why), "{}", told.stderr);
+        assert!(!told.stderr.contains("predicting"), "{}", told.stderr);
+    }
+}
+
+#[test]
 fn adapted_pictures_lie_beside_the_given_ones_and_films_hold_the_printers_levels() {
     let workshop = Workshop::new();
     let adapting =
