@@ -44,6 +44,22 @@ pub(crate) struct Trip {
     pub(crate) was_lit: bool,
 }
 
+/// An erase of a sector.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Erase {
+    /// Where the sector lies in flash.
+    pub(crate) start: u32,
+    /// How long the lamps' pins had done the same until then, in ns.
+    pub(crate) steady_for: u64,
+}
+
+impl Erase {
+    /// Whether the lamps were dark or at a steady level: for five of the controller's steps, less what a level needs to its pin.
+    pub(crate) fn is_in_steady_light(&self) -> bool {
+        self.steady_for >= 40 * MILLISECOND
+    }
+}
+
 impl Bench {
     /// Puts the image of `firmware/build.sh` on the bench, without power.
     pub(crate) fn new() -> Self {
@@ -91,6 +107,15 @@ impl Bench {
         self.call(json!({"op": "flash_write", "start": start, "bytes": hex(bytes)}));
     }
 
+    /// Reads flash as a programmer would.
+    pub(crate) fn flash_read(&mut self, start: u32, length: u32) -> Vec<u8> {
+        unhex(
+            self.call(json!({"op": "flash", "start": start, "length": length}))["bytes"]
+                .as_str()
+                .expect("bytes"),
+        )
+    }
+
     /// Does one operation of the line protocol (bench.mjs).
     pub(crate) fn call(&mut self, request: Value) -> Value {
         writeln!(self.requests, "{request}").expect("the bench runs");
@@ -123,6 +148,16 @@ impl Bench {
     /// How many steps the flash has made: sectors erased and pages programmed.
     pub(crate) fn flash_steps(&mut self) -> u64 {
         self.call(json!({"op": "flash_steps"}))["steps"].as_u64().expect("a number")
+    }
+
+    /// Takes the erases since the last call.
+    pub(crate) fn erases(&mut self) -> Vec<Erase> {
+        let answer = self.call(json!({"op": "erases"}));
+        serde_json::from_value::<Vec<(u32, f64)>>(answer["erases"].clone())
+            .expect("erases")
+            .into_iter()
+            .map(|(start, steady_for)| Erase { start, steady_for: steady_for as u64 })
+            .collect()
     }
 
     pub(crate) fn pin(&mut self, gp: u8, high: bool) {

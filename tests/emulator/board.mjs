@@ -6,6 +6,7 @@ import { Clock } from './clock.mjs';
 import { Core, HELP, NOTHING } from './core.mjs';
 import { bootRom, FlashChip, PowerCut } from './flash.mjs';
 import { Devices } from './i2c.mjs';
+import { Motion } from './motion.mjs';
 import { SerialPort } from './serial.mjs';
 import { UsbHost } from './usb.mjs';
 
@@ -83,7 +84,12 @@ export class Board {
     this.core = new Core();
     // Without it, the emulator's interpreter does all.
     this.isQuick = true;
-    this.flash = new FlashChip((offset) => this.core.changed(offset));
+    this.motion = new Motion();
+    this.erases = [];
+    this.flash = new FlashChip(
+      (offset) => this.core.changed(offset),
+      (offset) => this.erases.push([offset, this.now - this.motion.since])
+    );
     this.devices = new Devices();
     this.usb = new UsbHost();
     this.inputs = new Map(INPUTS.map((gp) => [gp, true]));
@@ -192,6 +198,7 @@ export class Board {
   }
 
   note(gp, level) {
+    this.motion.note(this.now, gp, level);
     if (this.sums === null) this.edges.push([this.now, gp, level]);
     else this.sums.get(gp)?.note(this.now, level);
   }

@@ -2,7 +2,7 @@
 
 use vitrine_exhibit::units::Milliseconds;
 
-use crate::bench::{Bench, LAMP_BOTTOM, LAMP_TOP, MILLISECOND, SECOND};
+use crate::bench::{Bench, Erase, LAMP_BOTTOM, LAMP_TOP, MILLISECOND, SECOND};
 use crate::exhibit::plan;
 use crate::hosts::Host;
 use crate::room::{Room, battery_clock, thermistor_reading};
@@ -91,4 +91,6 @@ fn visitors_come_walk_and_go() {
     assert!(nobody.top == 0.0 && nobody.bottom == 0.0, "dark when nobody has been there: {nobody:?}");
     assert!(run.windows(2).all(|pair| pair[0].dose <= pair[1].dose), "dose never falls");
     assert_eq!(bench.take_resets(), 0);
+    let erases = bench.erases();
+    assert!(!erases.is_empty() && erases.iter().all(Erase::is_in_steady_light), "{erases:?}");
 }

@@ -1,11 +1,13 @@
 //! However the program ends, the lamps are dark first. Tried on the bench image, whose tasks end badly on demand.
 
-use vitrine_exhibit::events::{Event, ProgramEnd};
+use vitrine_exhibit::events::{DarkReason, Event, ProgramEnd};
+use vitrine_exhibit::inputs;
 use vitrine_protocol::{Request, Response};
 
 use crate::bench::{Bench, LAMP_PINS, MICROSECOND, MILLISECOND, SECOND};
-use crate::exhibit::neutral_on;
+use crate::exhibit::{lit_on, neutral_on};
 use crate::hosts::Host;
+use crate::room::Room;
 use crate::signals::Edge;
 
 /// The tasks of the image, by their bit at the watchdog.
@@ -122,4 +124,52 @@ fn an_endless_loop_in_any_task_is_dark_within_half_a_second() {
         longest = longest.max(end.dark_after);
     }
     println!("endless loop to dark: at most {} ms", longest / MILLISECOND);
+}
+
+/// Three times the lamps were lit before a viewer when a task hung; then they stay dark until somebody re-arms.
+#[test]
+fn the_third_hang_in_ten_minutes_latches_dark_over_power_cuts_until_a_rearm() {
+    let (mut bench, mut room) = lit_on(bench_image());
+    for hang in 1..=3 {
+        room.live(&mut bench, 5 * SECOND);
+        assert!(lights(&mut bench, &mut room), "lit before hang {hang}");
+        bench.poke("VITRINE_BENCH", ENDLESS_LOOP << 16 | 1 << 2);
+        bench.run(600 * MILLISECOND);
+        assert_eq!(bench.take_resets(), 1, "hang {hang}");
+    }
+    // As long as the two starts before took to light the lamps, and longer.
+    for after in ["the third hang", "a power cut"] {
+        room.live(&mut bench, 10 * SECOND);
+        assert!(!lights(&mut bench, &mut room), "dark after {after}");
+        let address = bench.listen();
+        let mut host = Host::greet(&mut bench, &address);
+        let status = host.status(&mut bench);
+        assert_eq!(status.snapshot.dark, Some(DarkReason::WatchdogResets), "after {after}");
+        assert_eq!(status.snapshot.watchdog_resets, 3);
+        let entries = host.log(&mut bench, 1);
+        let told = |event| entries.iter().filter(|entry| entry.event == event).count();
+        assert_eq!(told(Event::ProgramEnded { end: ProgramEnd::Hang, at: 0 }), 3, "{:?}", entries);
+        assert!(told(Event::Dark(DarkReason::WatchdogResets)) >= 1, "{:?}", entries);
+        bench.power_off();
+        bench.power_on();
+    }
+
+    room.live(&mut bench, 3 * SECOND);
+    let address = bench.listen();
+    let mut host = Host::greet(&mut bench, &address);
+    let rearmed = host.ask(&mut bench, &Request::Exhibit(inputs::Request::Rearm));
+    assert_eq!(rearmed, Ok(Response::Done));
+    room.live(&mut bench, 8 * SECOND);
+    assert!(
+        lights(&mut bench, &mut room),
+        "lit after the re-arm: {:?}",
+        host.status(&mut bench).snapshot.dark
+    );
+}
+
+/// Whether any lamp's line rises within a tenth of a second.
+fn lights(bench: &mut Bench, room: &mut Room) -> bool {
+    bench.edges();
+    room.live(bench, 100 * MILLISECOND);
+    bench.edges().iter().any(|edge| edge.high && LAMP_PINS.contains(&edge.pin))
 }

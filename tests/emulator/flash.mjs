@@ -38,9 +38,9 @@ export function bootRom() {
 }
 
 export class FlashChip {
-  // `changed` hears where every step begins.
-  constructor(changed) {
-    this.changed = changed;
+  // `changed` hears where every step begins, `erases` where an erase does.
+  constructor(changed, erases) {
+    [this.changed, this.erases] = [changed, erases];
     this.bytes = new Uint8Array(2 * 1024 * 1024).fill(0xff);
     this.steps = 0;
     this.cut = null;
@@ -62,6 +62,7 @@ export class FlashChip {
         return 0;
       }
       case ERASE: {
+        this.erases(r0);
         this.step(r0, r1, (at) => 0xff);
         return (r1 / SECTOR_BYTES) * SECTOR_ERASE_NANOS;
       }

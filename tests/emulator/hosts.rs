@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use vitrine_exhibit::plan::Plan;
 use vitrine_protocol::frame::{self, Deframer};
+use vitrine_protocol::message::LogEntry;
 use vitrine_protocol::plan_file::{self, MAX_PLAN_BYTES};
 use vitrine_protocol::{FINGERPRINT, MAX_CHUNK, Reply, Request, Response, Status, VERSION};
 
@@ -102,6 +103,19 @@ impl Host {
         match self.patiently(bench, &Request::Status) {
             Some(Response::Status(status)) => status,
             other => panic!("no status but {other:?}"),
+        }
+    }
+
+    /// All entries of the log from a number on.
+    pub(crate) fn log(&mut self, bench: &mut Bench, mut from: u32) -> Vec<LogEntry> {
+        let mut entries = Vec::new();
+        loop {
+            let Some(Response::Log(page)) = self.patiently(bench, &Request::ReadLog { from }) else {
+                panic!("no log")
+            };
+            let Some(last) = page.entries.last() else { return entries };
+            from = last.sequence + 1;
+            entries.extend(page.entries);
         }
     }
 

@@ -1,8 +1,9 @@
-//! Hours of visitors on the image: no step is missed, no event lost, and the ledger books at least what the pins gave.
+//! Hours of visitors on the image: no step is missed, no event lost, nothing erased in a fade, and the ledger books at least
+//! what the pins gave. All of it is asserted as the hours pass, so that what fails is told at once.
 //!
 //! `VITRINE_HOURS` says how many of them; the emulator skips what the processor sleeps.
 
-use crate::bench::{Bench, LAMP_BOTTOM, LAMP_TOP, MILLISECOND, SECOND, number_of};
+use crate::bench::{Bench, Erase, LAMP_BOTTOM, LAMP_TOP, MILLISECOND, SECOND, number_of};
 use crate::exhibit::with_plan_on;
 use crate::hosts::Host;
 
@@ -21,6 +22,63 @@ fn visits(seed: u64) -> (Option<f64>, u64) {
     }
 }
 
+/// Visits and pauses between two looks at how the board fares.
+const LOOK: u64 = 60;
+
+/// What the pins have done since the beginning.
+struct Pins {
+    start: u64,
+    steps: u64,
+    given_uj_m2: [f64; 2],
+    erases: usize,
+}
+
+impl Pins {
+    const WATCHED: [u8; 3] = [LAMP_TOP, LAMP_BOTTOM, STEP_PIN];
+
+    fn watch(bench: &mut Bench) -> Self {
+        bench.sums(Self::WATCHED);
+        Self { start: bench.now, steps: 0, given_uj_m2: [0.0; 2], erases: 0 }
+    }
+
+    fn add_up(&mut self, bench: &mut Bench) {
+        let [top, bottom, step] = bench.sums(Self::WATCHED);
+        self.steps += step.0;
+        for (given, (_, high_ns)) in self.given_uj_m2.iter_mut().zip([top, bottom]) {
+            *given += high_ns / 1e6 * FULL_MW_M2;
+        }
+    }
+
+    /// Holds all that must be true at any time; gives a line that tells it.
+    fn look(&mut self, bench: &mut Bench) -> String {
+        self.add_up(bench);
+        let (simulated, wanted) = (bench.now - self.start, (bench.now - self.start) / (10 * MILLISECOND));
+        assert!(self.steps.abs_diff(wanted) <= 1, "{} of {wanted} steps", self.steps);
+        assert_eq!(bench.peek("VITRINE_LOST_EVENTS"), 0, "events were lost");
+        assert_eq!(bench.take_resets(), 0);
+        let erases = bench.erases();
+        assert!(erases.iter().all(Erase::is_in_steady_light), "erased in a fade: {erases:?}");
+        self.erases += erases.len();
+        let given = self.given_uj_m2;
+        let address = bench.listen();
+        let booked = Host::greet(bench, &address).status(bench).snapshot.life_dose;
+        let booked = [booked.top.0 as f64, booked.bottom.0 as f64];
+        for (given, booked) in given.into_iter().zip(booked) {
+            assert!(given > 0.0, "no light was measured");
+            // The pins are measured to 8 ns a period; levels round down, bookings up.
+            assert!(given <= booked * 1.0001, "{given} uJ/m2 at the pins, {booked} booked");
+        }
+        let [top, bottom] =
+            [0, 1].map(|lamp| format!("{:.1} of {:.1}", given[lamp] / 1e6, booked[lamp] / 1e6));
+        format!(
+            "{} s: {} steps, none missed; {} erases, none in a fade; top {top} J/m2 booked, bottom {bottom}",
+            simulated / SECOND,
+            self.steps,
+            self.erases
+        )
+    }
+}
+
 #[test]
 fn hours_of_visitors_miss_no_step_lose_no_event_and_book_all_light() {
     let seconds = match number_of("VITRINE_HOURS", 0) {
@@ -29,49 +87,21 @@ fn hours_of_visitors_miss_no_step_lose_no_event_and_book_all_light() {
     };
     let began = std::time::Instant::now();
     let (mut bench, mut room) = with_plan_on(Bench::with_image("vitrine-pico-bench.elf"));
-    let pins = [LAMP_TOP, LAMP_BOTTOM, STEP_PIN];
-    bench.sums(pins);
-    let start = bench.now;
-    let (mut steps, mut given_uj, mut visit) = (0, [0.0_f64; 2], 0);
-    while bench.now - start < seconds * SECOND {
+    let mut pins = Pins::watch(&mut bench);
+    let mut visit = 0;
+    while bench.now - pins.start < seconds * SECOND {
         let (person_deg, stays_s) = visits(visit);
         room.person_deg = person_deg;
         for _ in 0..stays_s.min(seconds) {
             room.live(&mut bench, SECOND);
-            let [top, bottom, step] = bench.sums(pins);
-            steps += step.0;
-            for (given_uj, (_, high_ns)) in given_uj.iter_mut().zip([top, bottom]) {
-                *given_uj += high_ns / 1e6 * FULL_MW_M2;
-            }
+            pins.add_up(&mut bench);
             bench.log();
         }
         visit += 1;
-        if visit % 60 == 0 {
-            let simulated = (bench.now - start) / SECOND;
-            println!(
-                "{simulated} s simulated, {:.1} times as fast as real",
-                simulated as f64 / began.elapsed().as_secs_f64()
-            );
+        if visit % LOOK == 0 {
+            let times = (bench.now - pins.start) as f64 / 1e9 / began.elapsed().as_secs_f64();
+            println!("{}; {times:.1} times as fast as real", pins.look(&mut bench));
         }
     }
-    let wanted = (bench.now - start) / (10 * MILLISECOND);
-    assert!(steps.abs_diff(wanted) <= 1, "{steps} of {wanted} steps");
-    assert_eq!(bench.peek("VITRINE_LOST_EVENTS"), 0, "events were lost");
-    assert_eq!(bench.take_resets(), 0);
-    let address = bench.listen();
-    let mut host = Host::greet(&mut bench, &address);
-    let booked = host.status(&mut bench).snapshot.life_dose;
-    println!(
-        "{} s with {visit} visits and pauses: {steps} steps, none missed; top {:.1} of {:.1} J/m2 booked, bottom {:.1} of {:.1}",
-        (bench.now - start) / SECOND,
-        given_uj[0] / 1e6,
-        booked.top.0 as f64 / 1e6,
-        given_uj[1] / 1e6,
-        booked.bottom.0 as f64 / 1e6
-    );
-    for (given, booked) in given_uj.into_iter().zip([booked.top.0, booked.bottom.0]) {
-        assert!(given > 0.0, "no light was measured");
-        // The pins are measured to 8 ns a period; levels round down, bookings up.
-        assert!(given <= booked as f64 * 1.0001, "{given} uJ/m2 at the pins, {booked} booked");
-    }
+    println!("{visit} visits and pauses in {}", pins.look(&mut bench));
 }

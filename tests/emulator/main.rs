@@ -9,6 +9,7 @@ mod cuts;
 mod day;
 mod drift;
 mod exhibit;
+mod fades;
 mod faults;
 mod flash;
 mod floods;

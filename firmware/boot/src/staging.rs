@@ -71,7 +71,8 @@ impl Staging {
         self.written + bytes > erased_to
     }
 
-    /// Writes the next bytes and reads them back. After an error the image has to be begun anew.
+    /// Writes the next bytes and reads them back. After an error the image has to be begun anew, but where an erase was
+    /// refused: then nothing has changed.
     ///
     /// # Errors
     /// More bytes than announced, or the flash failed.

@@ -202,7 +202,8 @@ impl State {
         if let Some(plan) = inputs.plan.filter(|_| self.is_slow) {
             self.notices.update(self.ledger.spent(), plan.limits.life_dose, events);
         }
-        if self.uptime_ms >= u64::from(limits::RAN_WELL.0) {
+        // A latch is a person's to clear: dark minutes are none in which it ran well.
+        if self.uptime_ms >= u64::from(limits::RAN_WELL.0) && !self.watchdog_latched {
             self.ledger.ran_well();
         }
     }

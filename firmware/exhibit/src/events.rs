@@ -219,6 +219,8 @@ pub enum Event {
         /// Where: the faulting instruction's address, or the source line of a panic; 0 where it is not known.
         at: u32,
     },
+    /// So many events found no room while the log had to wait for steady lamps.
+    EventsLost(u32),
 }
 
 /// How a program ended that did not end by the power.

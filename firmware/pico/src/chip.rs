@@ -6,7 +6,7 @@ use embassy_rp::config::Config;
 use embassy_rp::interrupt;
 use heapless::String;
 
-use crate::store::Chip;
+use crate::steady_flash::Chip;
 
 #[cfg(all(feature = "rp2040", feature = "rp2350"))]
 compile_error!("an image is for one chip: --no-default-features --features rp2350 is that of the Pico 2");
@@ -35,11 +35,7 @@ pub(crate) fn config() -> Config {
 /// The board's number in hexadecimal: that of its flash chip. Empty where it cannot be read.
 #[cfg(feature = "rp2040")]
 pub(crate) fn serial_number(flash: &mut Chip) -> String<24> {
-    let mut id = [0; 8];
-    if flash.blocking_unique_id(&mut id).is_err() {
-        return String::new();
-    }
-    hexadecimal(u64::from_be_bytes(id))
+    flash.unique_id().map(u64::from_be_bytes).map(hexadecimal).unwrap_or_default()
 }
 
 /// The board's number in hexadecimal: that of the chip itself. Empty where it cannot be read.

@@ -9,7 +9,7 @@ use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Instant, Ticker, Timer};
+use embassy_time::{Duration, Instant, Ticker};
 use heapless::Vec;
 use portable_atomic::{AtomicU32, Ordering};
 use vitrine_drivers::interlock::Loops;
@@ -52,8 +52,22 @@ pub(crate) static TO_STORE: Signal<CriticalSectionRawMutex, LedgerRecord> = Sign
 /// The ledger record that was stored last.
 pub(crate) static STORED: Signal<CriticalSectionRawMutex, StoredReservation> = Signal::new();
 
-/// What happened, for the log. What finds no room is lost: the loop does not wait for flash.
-pub(crate) static EVENTS: Channel<CriticalSectionRawMutex, Event, 32> = Channel::new();
+/// An event, and when it happened.
+pub(crate) struct Happened {
+    pub(crate) at: Instant,
+    pub(crate) event: Event,
+}
+
+impl Happened {
+    /// An event of this moment.
+    pub(crate) fn now(event: Event) -> Self {
+        Self { at: Instant::now(), event }
+    }
+}
+
+/// What happened, for the log. It waits here while the lamps fade and the log has no room that is erased. What finds no
+/// room is lost, counted and told: the loop does not wait for flash.
+pub(crate) static EVENTS: Channel<CriticalSectionRawMutex, Happened, 64> = Channel::new();
 
 /// Events that found no room; the bench looks here.
 #[cfg_attr(feature = "bench", unsafe(export_name = "VITRINE_LOST_EVENTS"))]
@@ -67,20 +81,17 @@ pub(crate) fn snapshot() -> Snapshot {
     SNAPSHOT.lock(|snapshot| *snapshot.borrow()).unwrap_or_default()
 }
 
+/// How many events were lost since the start.
+pub(crate) fn lost_events() -> u32 {
+    LOST_EVENTS.load(Ordering::Relaxed)
+}
+
 /// Since when the lamps have not changed, in milliseconds since the start.
 static STEADY_SINCE: AtomicU32 = AtomicU32::new(0);
 
 /// Tells whether the lamps are dark or have been at the same level for a while.
 pub(crate) fn lamps_are_steady() -> bool {
     now_ms().wrapping_sub(STEADY_SINCE.load(Ordering::Relaxed)) >= STEADY_FOR_MS
-}
-
-/// Waits until the lamps are steady, or the patience is at its end.
-pub(crate) async fn steady_lamps(patience: Duration) {
-    let end = Instant::now() + patience;
-    while !lamps_are_steady() && Instant::now() < end {
-        Timer::after(STEP).await;
-    }
 }
 
 /// Wraps around after 49 days: only differences count.
@@ -173,7 +184,8 @@ fn tell(state: &State, events: &Events, stored_sequence: &mut Option<u32>) {
         *stored_sequence = Some(record.sequence);
         TO_STORE.signal(*record);
     }
-    let refused = events.iter().filter(|event| EVENTS.try_send(*event).is_err()).count() as u32;
+    let kept = events.iter().filter(|event| event.is_kept());
+    let refused = kept.filter(|event| EVENTS.try_send(Happened::now(*event)).is_err()).count() as u32;
     let lost = refused.saturating_add(u32::from(events.lost()));
     if lost > 0 {
         LOST_EVENTS.store(LOST_EVENTS.load(Ordering::Relaxed).saturating_add(lost), Ordering::Relaxed);

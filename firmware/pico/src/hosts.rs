@@ -11,8 +11,9 @@ use vitrine_protocol::status::{ClockState, Status};
 use vitrine_protocol::{FINGERPRINT, Hello, Refusal, VERSION};
 
 use crate::controller::{self, REQUESTS};
+use crate::steady_flash::refusal;
 use crate::store::Store;
-use crate::{links, live, plans, readings, settings};
+use crate::{links, live, readings, settings};
 
 impl Controller for Store {
     fn hello(&mut self) -> Hello {
@@ -82,8 +83,7 @@ impl Controller for Store {
     }
 
     fn change_settings(&mut self, settings: &Settings) -> Result<(), Refusal> {
-        plans::wait_for_steady_lamps()?;
-        vitrine_storage::settings::store(&mut self.chip, settings).map_err(|_| Refusal::StorageFailed)?;
+        vitrine_storage::settings::store(&mut self.chip, settings).map_err(refusal)?;
         settings::change(settings);
         Ok(())
     }

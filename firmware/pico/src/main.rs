@@ -41,6 +41,7 @@ mod radar;
 mod readings;
 mod sensors;
 mod settings;
+mod steady_flash;
 mod store;
 mod updates;
 mod watchdog;
@@ -72,7 +73,7 @@ async fn main(spawner: Spawner) {
     let dog = watchdog::Dog::wake(resources.dog);
     if let Some(ended) = last_words::take(dog.after_fault()) {
         // The log's owner finds it there; nothing else waits in the channel yet.
-        let _ = controller::EVENTS.try_send(ended);
+        let _ = controller::EVENTS.try_send(controller::Happened::now(ended));
     }
     set_priorities();
     let interlock = guard::arm(resources.interlock);

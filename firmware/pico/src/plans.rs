@@ -3,18 +3,14 @@
 use defmt::{info, warn};
 use heapless::{String, Vec};
 use vitrine_exhibit::plan::{Bounds, MAX_VIEWS, ValidPlan};
-use vitrine_exhibit::units::Milliseconds;
 use vitrine_protocol::Refusal;
 use vitrine_protocol::plan_file::{self, MAX_PLAN_BYTES};
 use vitrine_protocol::status::PlanState;
 use vitrine_storage::map::PLAN;
 use vitrine_storage::{Record, Writer};
 
-use crate::controller::{self, NEW_PLAN, OLD_PLAN, PlanSlot};
-use crate::store::Chip;
-
-/// After this time a host may try again what waits for steady lamps, or for the plan before to come back.
-const RETRY: Milliseconds = Milliseconds(50);
+use crate::controller::{NEW_PLAN, OLD_PLAN, PlanSlot};
+use crate::steady_flash::{Chip, RETRY, refusal};
 
 /// What the store remembers of the active plan, which itself is the controller's.
 struct Active {
@@ -96,18 +92,14 @@ impl Plans {
         if length == 0 || length > most {
             return Err(Refusal::PlanLength { most });
         }
-        wait_for_steady_lamps()?;
-        self.upload = Some(PLAN.begin(chip, length).map_err(|_| Refusal::StorageFailed)?);
+        self.upload = Some(PLAN.begin(chip, length).map_err(refusal)?);
         Ok(())
     }
 
     /// Writes the next bytes.
     pub(crate) fn append(&mut self, chip: &mut Chip, bytes: &[u8]) -> Result<(), Refusal> {
         let writer = self.upload.as_mut().ok_or(Refusal::NoUpload)?;
-        if writer.will_erase(u32::try_from(bytes.len()).unwrap_or(u32::MAX)) {
-            wait_for_steady_lamps()?;
-        }
-        writer.append(chip, bytes).map_err(|_| Refusal::StorageFailed)
+        writer.append(chip, bytes).map_err(refusal)
     }
 
     /// Holds what was uploaded against its CRC, before it is valid.
@@ -184,11 +176,6 @@ impl Active {
             bounds: Bounds::of(plan),
         }
     }
-}
-
-/// Puts a host off while the lamps are fading: an erase would stop them.
-pub(crate) fn wait_for_steady_lamps() -> Result<(), Refusal> {
-    if controller::lamps_are_steady() { Ok(()) } else { Err(Refusal::LampsInMotion { retry: RETRY }) }
 }
 
 /// Reads a plan into a slot: a plan is too large to be handed about on the stack.

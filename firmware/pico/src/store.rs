@@ -1,13 +1,13 @@
 //! The owner of flash: plan, settings, dose ledger, event log and what is known of the clock; and, as nearly all that hosts ask leads there, of the server.
 //!
-//! Every call of the flash stops all interrupts: a page for 0.4 ms, a sector for 45 ms. Whatever can wait for that
-//! waits until the lamps are dark or at a steady level. A reservation of the ledger waits only for a moment: without
-//! it the lamps would go dark.
+//! Nothing is erased while the lamps fade ([`crate::steady_flash`]). Ledger and log are erased a sector ahead, so that their
+//! records are programmed at any time. A record for which that was not enough waits, and so does what is known of the clock.
+//! Lamps for which nothing could be reserved go dark in time, and dark is steady.
+
+use core::future::pending;
 
 use defmt::{info, warn};
 use embassy_futures::select::{Either4, select4};
-use embassy_rp::flash::{Blocking, Flash};
-use embassy_rp::peripherals::FLASH;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Timer};
@@ -17,25 +17,21 @@ use vitrine_exhibit::clock::ClockRecord;
 use vitrine_exhibit::events::Event;
 use vitrine_exhibit::ledger::{LedgerRecord, StoredReservation};
 use vitrine_exhibit::plan::ValidPlan;
+use vitrine_exhibit::units::UtcSeconds;
 use vitrine_protocol::frame::Frame;
 use vitrine_protocol::plan_file::MAX_PLAN_BYTES;
 use vitrine_protocol::server::{Incoming, Server};
 use vitrine_storage::{EventLog, Ledger, clock};
 
 use crate::board::StorageResources;
-use crate::controller::{self, EVENTS, PlanSlot, STORED, TO_STORE};
+use crate::controller::{self, EVENTS, Happened, PlanSlot, STORED, TO_STORE};
 use crate::links::LINKS;
 use crate::plans::{self, Plans};
 use crate::sensors::SET_CLOCK;
+use crate::steady_flash::{Chip, is_in_motion};
 use crate::updates::Updates;
 use crate::watchdog::{Client, check_in};
-use crate::{chip, flash_map, readings, settings};
-
-/// The chip.
-pub(crate) type Chip = Flash<'static, FLASH, Blocking, { flash_map::FLASH_BYTES }>;
-
-/// The longest that a reservation waits for steady lamps; the ledger asks a second before it needs it.
-const RESERVATION_PATIENCE: Duration = Duration::from_millis(300);
+use crate::{chip, readings, settings};
 
 /// How often the owner says that it is alive.
 const ALIVE: Duration = Duration::from_millis(100);
@@ -54,7 +50,13 @@ pub(crate) struct Store {
     pub(crate) updates: Updates,
     pub(crate) serial_number: String<24>,
     ledger: Option<Ledger>,
+    /// A record of the ledger that is to be stored.
+    reservation: Option<LedgerRecord>,
     pub(crate) log: Option<EventLog>,
+    /// The oldest event that is to be logged.
+    happened: Option<Happened>,
+    /// Lost events of which the log tells already.
+    told_lost: u32,
     /// What a host's setting has taught of the battery clock: to be kept before the clock is set.
     pub(crate) clock_to_keep: Option<ClockRecord>,
 }
@@ -66,7 +68,7 @@ impl Store {
         active: &mut Option<ValidPlan>,
         spare: PlanSlot,
     ) -> (Self, LedgerRecord) {
-        let mut chip = Chip::new_blocking(resources.flash);
+        let mut chip = Chip::take(resources);
         let serial_number = chip::serial_number(&mut chip);
         let updates = Updates::load(&mut chip);
         static BUFFER: StaticCell<plans::Buffer> = StaticCell::new();
@@ -89,35 +91,107 @@ impl Store {
             Ok(record) => readings::clock_record(record),
             Err(_) => warn!("what is known of the clock cannot be read"),
         }
-        (Self { chip, plans, updates, serial_number, ledger, log, clock_to_keep: None }, record)
-    }
-
-    /// Writes a ledger record; tells whether it is safely there.
-    fn reserve(&mut self, record: &LedgerRecord) -> bool {
-        self.ledger.as_mut().is_some_and(|ledger| ledger.store(&mut self.chip, record).is_ok())
-    }
-
-    fn write_log(&mut self, event: Event) {
-        let uptime_s = u32::try_from(Instant::now().as_secs()).unwrap_or(u32::MAX);
-        let time = readings::clock().now;
-        let written = self.log.as_mut().map(|log| log.keep(&mut self.chip, time, uptime_s, event));
-        if !matches!(written, Some(Ok(_))) {
-            warn!("an event did not reach the log");
-        }
+        let store = Self {
+            chip,
+            plans,
+            updates,
+            serial_number,
+            ledger,
+            reservation: None,
+            log,
+            happened: None,
+            told_lost: 0,
+            clock_to_keep: None,
+        };
+        (store, record)
     }
 }
 
 impl Store {
+    /// Stores the ledger record that is due, and says so.
+    fn reserve(&mut self) {
+        let Some(record) = self.reservation.take() else { return };
+        let stored = self.ledger.as_mut().map(|ledger| ledger.store(&mut self.chip, &record));
+        match stored {
+            Some(Ok(())) => STORED.signal(StoredReservation { sequence: record.sequence }),
+            Some(outcome) if is_in_motion(&outcome) => self.reservation = Some(record),
+            _ => warn!("the ledger cannot be written"),
+        }
+    }
+
+    /// Logs the event that is due, and how many found no room in the queue behind it.
+    fn write_log(&mut self) {
+        if let Some(happened) = self.happened.take()
+            && self.log_event(&happened) == Logged::Waits
+        {
+            self.happened = Some(happened);
+            return;
+        }
+        let lost = controller::lost_events();
+        if lost != self.told_lost {
+            let of_loss = Happened::now(Event::EventsLost(lost.wrapping_sub(self.told_lost)));
+            if self.log_event(&of_loss) != Logged::Waits {
+                self.told_lost = lost;
+            }
+        }
+    }
+
+    fn log_event(&mut self, happened: &Happened) -> Logged {
+        let Some(log) = &mut self.log else { return Logged::Never };
+        let seconds = |instant: Duration| u32::try_from(instant.as_secs()).unwrap_or(u32::MAX);
+        let ago_s = seconds(Instant::now().saturating_duration_since(happened.at));
+        let time = readings::clock().now.map(|now| UtcSeconds(now.0.saturating_sub(i64::from(ago_s))));
+        let uptime_s = seconds(happened.at.saturating_duration_since(Instant::MIN));
+        let kept = log.keep(&mut self.chip, time, uptime_s, happened.event);
+        match kept {
+            Ok(_) => Logged::Kept,
+            outcome if is_in_motion(&outcome) => Logged::Waits,
+            Err(_) => {
+                warn!("an event did not reach the log");
+                Logged::Never
+            }
+        }
+    }
+
+    /// Erases what will be needed, and keeps what is known of the clock: a sector at a time, while the lamps are steady.
+    fn tidy_up(&mut self) {
+        if !self.chip.may_tidy_up() {
+            return;
+        }
+        if let Some(record) = self.clock_to_keep.take() {
+            self.keep_clock(record);
+        } else if let Some(ledger) = self.ledger.as_mut().filter(|ledger| ledger.wants_room()) {
+            // What fails is tried again by the record that needs it.
+            let _ = ledger.make_room(&mut self.chip);
+        } else if let Some(log) = self.log.as_mut().filter(|log| log.wants_room()) {
+            let _ = log.make_room(&mut self.chip);
+        }
+    }
+
     /// Keeps what a host's setting has taught of the battery clock, and only then has the clock set: a clock that was
     /// set without a note of it would be taken for one that does not drift.
-    async fn keep_clock(&mut self) {
-        let Some(record) = self.clock_to_keep.take() else { return };
-        controller::steady_lamps(RESERVATION_PATIENCE).await;
-        if clock::store(&mut self.chip, &record).is_err() {
+    fn keep_clock(&mut self, record: ClockRecord) {
+        let outcome = clock::store(&mut self.chip, &record);
+        if is_in_motion(&outcome) {
+            self.clock_to_keep = Some(record);
+            return;
+        }
+        if outcome.is_err() {
             warn!("what is known of the clock cannot be written");
         }
         SET_CLOCK.signal(());
     }
+}
+
+/// What became of an event.
+#[derive(PartialEq, Eq)]
+enum Logged {
+    /// It is in the log, or the log does not keep its kind.
+    Kept,
+    /// It waits for steady lamps.
+    Waits,
+    /// It cannot be logged.
+    Never,
 }
 
 /// Serves flash and hosts for ever.
@@ -127,33 +201,22 @@ pub(crate) async fn run(mut store: Store) -> ! {
     info!("serial number {}", store.serial_number.as_str());
     loop {
         check_in(Client::Store);
+        store.reserve();
+        store.write_log();
         store.plans.take_back();
         store.updates.look_after(&mut store.chip);
-        store.keep_clock().await;
-        match select4(TO_STORE.wait(), INCOMING.receive(), EVENTS.receive(), Timer::after(ALIVE)).await {
-            Either4::First(record) => {
-                if store.ledger.is_some_and(|ledger| ledger.will_erase()) {
-                    controller::steady_lamps(RESERVATION_PATIENCE).await;
-                }
-                if store.reserve(&record) {
-                    STORED.signal(StoredReservation { sequence: record.sequence });
-                } else {
-                    warn!("the ledger cannot be written");
-                }
-            }
+        store.tidy_up();
+        let log_waits = store.happened.is_some();
+        let next_event = async { if log_waits { pending().await } else { EVENTS.receive().await } };
+        match select4(TO_STORE.wait(), INCOMING.receive(), next_event, Timer::after(ALIVE)).await {
+            Either4::First(record) => store.reservation = Some(record),
             Either4::Second((link, incoming)) => {
                 let answer = server.answer(&incoming, Instant::now().as_millis(), &mut store);
                 if let Some(channel) = ANSWERS.get(usize::from(link)) {
                     let _ = channel.try_send(answer);
                 }
             }
-            Either4::Third(event) => {
-                if store.log.is_some_and(|log| log.will_erase()) {
-                    // Events wait in their channel meanwhile; only the watchdog and reservations must not.
-                    controller::steady_lamps(RESERVATION_PATIENCE).await;
-                }
-                store.write_log(event);
-            }
+            Either4::Third(happened) => store.happened = Some(happened),
             Either4::Fourth(()) => {}
         }
     }

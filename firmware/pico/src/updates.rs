@@ -9,8 +9,7 @@ use vitrine_exhibit::units::{Milliseconds, PerLamp};
 use vitrine_protocol::Refusal;
 use vitrine_protocol::firmware::FirmwareState;
 
-use crate::plans::wait_for_steady_lamps;
-use crate::store::Chip;
+use crate::steady_flash::{Chip, RETRY, wait_for_steady_lamps};
 use crate::{controller, last_words, watchdog};
 
 /// The answer to a host that asked for a restart needs this time on its wire.
@@ -57,7 +56,13 @@ impl Updates {
     /// Verifies the new image; the next start installs it.
     pub(crate) fn commit(&mut self, chip: &mut Chip, crc: u32) -> Result<(), Refusal> {
         wait_for_steady_lamps()?;
-        self.images.commit(chip, crc, controller::snapshot().supply)?;
+        // The signature takes a fifth of a second, in which a fade may have begun.
+        self.images.commit(chip, crc, controller::snapshot().supply).map_err(|refusal| match refusal {
+            Refusal::StorageFailed if !controller::lamps_are_steady() => {
+                Refusal::LampsInMotion { retry: RETRY }
+            }
+            other => other,
+        })?;
         info!("new firmware is installed at the next start");
         Ok(())
     }

@@ -22,12 +22,17 @@ impl Ledger {
         Ok((Self { position }, record))
     }
 
-    /// Whether the next record erases a sector, which stops the processor for a while.
-    pub const fn will_erase(&self) -> bool {
-        LEDGER.will_erase(&self.position)
+    /// Whether there is a sector to erase ahead of need.
+    pub const fn wants_room(&self) -> bool {
+        LEDGER.wants_room(&self.position)
     }
 
-    /// Stores a record. When it returns, the record survives a power cut.
+    /// Erases ahead of need, which stops the processor for a while. The newest record lies elsewhere.
+    pub fn make_room<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), Error<F::Error>> {
+        LEDGER.make_room(flash, &mut self.position)
+    }
+
+    /// Stores a record; erases a sector first where [`Ledger::make_room`] has not. When it returns, the record survives a power cut.
     pub fn store<F: NorFlash>(
         &mut self,
         flash: &mut F,

@@ -35,9 +35,14 @@ impl EventLog {
         self.position.next()
     }
 
-    /// Whether the next entry erases a sector, which stops the processor for a while.
-    pub const fn will_erase(&self) -> bool {
-        LOG.will_erase(&self.position)
+    /// Whether there is a sector to erase ahead of need.
+    pub const fn wants_room(&self) -> bool {
+        LOG.wants_room(&self.position)
+    }
+
+    /// Erases ahead of need, which stops the processor for a while. The oldest entries go.
+    pub fn make_room<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), Error<F::Error>> {
+        LOG.make_room(flash, &mut self.position)
     }
 
     /// Adds an event, if it is worth its place; gives its number. What comes and goes with every visitor is not: it
@@ -66,7 +71,7 @@ impl EventLog {
         Ok(Some(sequence))
     }
 
-    /// Adds an event; gives its number.
+    /// Adds an event; gives its number. Erases a sector first where [`EventLog::make_room`] has not.
     pub fn append<F: NorFlash>(
         &mut self,
         flash: &mut F,

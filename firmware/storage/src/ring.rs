@@ -7,6 +7,8 @@
 //!
 //! Entries are programmed one behind the other. Before the first entry of a sector is programmed the sector is
 //! erased, so the oldest entries go, a sector at a time; the newest lie in another sector and are never touched.
+//! Who must not erase at the moment of an entry has that done ahead ([`Ring::make_room`]), as soon as the sector before is
+//! begun. What was erased ahead before a power cut is erased again: nobody knows whether that erase came to its end.
 //! An entry that was cut fails its CRC; its place is skipped, its number goes to the next.
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
@@ -29,6 +31,8 @@ pub struct RingPosition {
     place: u32,
     next: u32,
     oldest: u32,
+    /// The sector that was erased since the start and holds nothing yet.
+    erased: Option<u32>,
 }
 
 impl RingPosition {
@@ -61,9 +65,10 @@ impl<const N: usize> Ring<N> {
     const ENTRY_BYTES: u32 = (SEQUENCE_BYTES + N + CRC_BYTES) as u32;
     const PER_SECTOR: u32 = SECTOR_BYTES / Self::ENTRY_BYTES;
 
-    /// A ring from the address `start` on, a multiple of a sector; at least two sectors.
+    /// A ring from the address `start` on, a multiple of a sector; at least three sectors: the newest
+    /// entry's, the one that is begun, and one that is erased ahead.
     pub const fn new(start: u32, sectors: u32) -> Self {
-        assert!(start.is_multiple_of(SECTOR_BYTES) && sectors >= 2 && Self::PER_SECTOR >= 1);
+        assert!(start.is_multiple_of(SECTOR_BYTES) && sectors >= 3 && Self::PER_SECTOR >= 1);
         Self { start, sectors }
     }
 
@@ -77,9 +82,10 @@ impl<const N: usize> Ring<N> {
         self.start + self.sectors * SECTOR_BYTES
     }
 
-    /// How many of the newest entries are kept at the least, if none was cut.
+    /// How many of the newest entries are kept at the least, if none was cut: those of all sectors but the one that is being
+    /// filled and the one that is erased ahead.
     pub const fn kept_at_least(&self) -> u32 {
-        (self.sectors - 1) * Self::PER_SECTOR
+        (self.sectors - 2) * Self::PER_SECTOR
     }
 
     /// How many appends erase each sector once.
@@ -98,17 +104,49 @@ impl<const N: usize> Ring<N> {
             }
         }
         let Some((place, entry)) = newest else {
-            return Ok(Opened { position: RingPosition { place: 0, next: 1, oldest: 1 }, newest: None });
+            return Ok(Opened {
+                position: RingPosition { place: 0, next: 1, oldest: 1, erased: None },
+                newest: None,
+            });
         };
         let next = entry.sequence.saturating_add(1);
         let oldest = self.find_oldest(flash, place, entry.sequence)?;
-        let position = RingPosition { place: self.after(place), next, oldest };
+        let position = RingPosition { place: self.after(place), next, oldest, erased: None };
         Ok(Opened { position, newest: Some(entry.payload) })
     }
 
     /// Whether the next append will erase a sector, which stops the processor for a while.
     pub const fn will_erase(&self, position: &RingPosition) -> bool {
-        position.place.is_multiple_of(Self::PER_SECTOR)
+        position.place.is_multiple_of(Self::PER_SECTOR) && self.wants_room(position)
+    }
+
+    /// Whether [`Ring::make_room`] has something to erase.
+    pub const fn wants_room(&self, position: &RingPosition) -> bool {
+        !matches!(position.erased, Some(erased) if erased == self.sector_to_begin(position))
+    }
+
+    /// Erases the sector that will be begun next, so that no append has to until that one is full; its entries are the
+    /// oldest. On an error nothing has changed, and it may be tried again.
+    pub fn make_room<F: NorFlash>(
+        &self,
+        flash: &mut F,
+        position: &mut RingPosition,
+    ) -> Result<(), Error<F::Error>> {
+        let sector = self.sector_to_begin(position);
+        let mut first_kept = position.oldest;
+        for place in sector * Self::PER_SECTOR..(sector + 1) * Self::PER_SECTOR {
+            if let Some(entry) = self.entry(flash, place)?
+                && entry.sequence >= first_kept
+                && entry.sequence < position.next
+            {
+                first_kept = entry.sequence + 1;
+            }
+        }
+        let address = self.address(sector * Self::PER_SECTOR);
+        flash.erase(address, address + SECTOR_BYTES)?;
+        position.oldest = first_kept;
+        position.erased = Some(sector);
+        Ok(())
     }
 
     /// Adds an entry. On an error the entry may be tried again: its place is skipped.
@@ -124,6 +162,9 @@ impl<const N: usize> Ring<N> {
                 self.make_room(flash, position)?;
             }
             let place = position.place;
+            if place.is_multiple_of(Self::PER_SECTOR) {
+                position.erased = None;
+            }
             position.place = self.after(place);
             if self.is_blank(flash, place)? {
                 let sequence = position.next;
@@ -157,6 +198,11 @@ impl<const N: usize> Ring<N> {
             place = self.before(place, 1);
         }
         Ok(None)
+    }
+
+    /// The sector of the next place where that is its first, and the one behind it where it is not.
+    const fn sector_to_begin(&self, position: &RingPosition) -> u32 {
+        position.place.div_ceil(Self::PER_SECTOR) % self.sectors
     }
 
     const fn places(&self) -> u32 {
@@ -194,27 +240,6 @@ impl<const N: usize> Ring<N> {
             }
         }
         Ok(oldest)
-    }
-
-    /// Erases the sector of the next place; its entries are the oldest.
-    fn make_room<F: NorFlash>(
-        &self,
-        flash: &mut F,
-        position: &mut RingPosition,
-    ) -> Result<(), Error<F::Error>> {
-        let mut first_kept = position.oldest;
-        for place in position.place..position.place + Self::PER_SECTOR {
-            if let Some(entry) = self.entry(flash, place)?
-                && entry.sequence >= first_kept
-                && entry.sequence < position.next
-            {
-                first_kept = entry.sequence + 1;
-            }
-        }
-        let address = self.address(position.place);
-        flash.erase(address, address + SECTOR_BYTES)?;
-        position.oldest = first_kept;
-        Ok(())
     }
 
     fn program<F: NorFlash>(

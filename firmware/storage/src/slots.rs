@@ -187,7 +187,8 @@ impl Writer {
         self.record.body + self.written + bytes > self.erased_to
     }
 
-    /// Writes the next bytes. After an error the record has to be begun anew.
+    /// Writes the next bytes. After an error of its write the record has to be begun anew; where an erase was refused,
+    /// nothing has changed and the same bytes may be tried again.
     pub fn append<F: NorFlash>(&mut self, flash: &mut F, bytes: &[u8]) -> Result<(), Error<F::Error>> {
         let too_long = Error::TooLong { most: self.record.length };
         let length = u32::try_from(bytes.len()).map_err(|_| Error::TooLong { most: self.record.length })?;

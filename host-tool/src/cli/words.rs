@@ -105,5 +105,8 @@ pub(super) fn event(event: Event) -> String {
             (ProgramEnd::HardFault, _) => format!("the program before this one ended: {end} at {at:#010x}"),
             _ => format!("the program before this one ended: {end}"),
         },
+        Event::EventsLost(count) => {
+            format!("{count} events are missing here: too many came while the log waited for steady lamps")
+        }
     }
 }

@@ -4,7 +4,7 @@ use super::cut_stride;
 use crate::{
     Opened, Ring, RingPosition,
     map::SECTOR_BYTES,
-    mock::{EraseOrder, LastStep, MockFlash, Random},
+    mock::{EraseOrder, LastStep, MockError, MockFlash, Random},
 };
 
 const START: u32 = 0x1e_0000;
@@ -36,6 +36,26 @@ fn append(flash: &mut MockFlash, position: &mut RingPosition) -> bool {
     RING.append(flash, position, &payload).is_ok()
 }
 
+/// When sectors are erased: by the append that begins them, or ahead of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Erase {
+    ByAppend,
+    Ahead,
+}
+
+impl Erase {
+    const BOTH: [Self; 2] = [Self::ByAppend, Self::Ahead];
+
+    /// Adds an entry, and erases ahead where that is wanted.
+    fn append(self, flash: &mut MockFlash, position: &mut RingPosition) -> bool {
+        append(flash, position) && self.make_room(flash, position)
+    }
+
+    fn make_room(self, flash: &mut MockFlash, position: &mut RingPosition) -> bool {
+        self == Self::ByAppend || !RING.wants_room(position) || RING.make_room(flash, position).is_ok()
+    }
+}
+
 fn expect_all_kept(flash: &mut MockFlash, position: &RingPosition, least: u32) {
     assert!(position.next() - position.oldest() >= least.min(position.next() - 1));
     for sequence in position.oldest()..position.next() {
@@ -59,12 +79,62 @@ fn entries_are_numbered_from_one_and_the_newest_are_kept() {
 
 #[test]
 fn every_sector_wears_alike() {
+    for (erase, wear) in [(Erase::ByAppend, [10, 10, 10]), (Erase::Ahead, [11, 10, 10])] {
+        let mut flash = flash();
+        let mut position = open(&mut flash);
+        assert!(erase.make_room(&mut flash, &mut position));
+        for _ in 0..10 * RING.appends_per_round() {
+            assert!(erase.append(&mut flash, &mut position));
+        }
+        assert_eq!(flash.erases(), wear, "{erase:?}");
+    }
+}
+
+#[test]
+fn an_append_never_erases_where_room_was_made() {
     let mut flash = flash();
     let mut position = open(&mut flash);
-    for _ in 0..10 * RING.appends_per_round() {
+    for _ in 0..3 * RING.appends_per_round() {
+        assert!(Erase::Ahead.make_room(&mut flash, &mut position));
+        assert!(!RING.wants_room(&position) && !RING.will_erase(&position));
+        let erased = flash.erases().to_vec();
+        assert!(append(&mut flash, &mut position));
+        assert_eq!(flash.erases(), erased);
+        expect_all_kept(&mut flash, &position, RING.kept_at_least());
+    }
+}
+
+#[test]
+fn what_was_erased_ahead_before_a_start_is_erased_again() {
+    let mut flash = flash();
+    let mut position = open(&mut flash);
+    assert!(append(&mut flash, &mut position));
+    RING.make_room(&mut flash, &mut position).expect("erased");
+    let mut reopened = open(&mut flash);
+    assert!(RING.wants_room(&reopened));
+    let before: u32 = flash.erases().iter().sum();
+    RING.make_room(&mut flash, &mut reopened).expect("erased");
+    assert_eq!(flash.erases().iter().sum::<u32>(), before + 1);
+    assert_eq!(reopened, position);
+}
+
+#[test]
+fn a_refused_erase_changes_nothing() {
+    let mut flash = flash();
+    let mut position = open(&mut flash);
+    for _ in 0..RING.appends_per_round() {
         assert!(append(&mut flash, &mut position));
     }
-    assert_eq!(flash.erases(), [10, 10, 10]);
+    let before = position;
+    let mut refusing = WithoutErase { flash, outcome: Err(MockError::OutOfBounds) };
+    let refused = Err(crate::Error::Flash(MockError::OutOfBounds));
+    assert_eq!(RING.make_room(&mut refusing, &mut position), refused);
+    let next = payload(position.next());
+    assert_eq!(RING.append(&mut refusing, &mut position, &next).map(|_| ()), refused);
+    assert_eq!(position, before);
+    let mut flash = refusing.flash;
+    assert!(append(&mut flash, &mut position));
+    expect_all_kept(&mut flash, &position, RING.kept_at_least());
 }
 
 #[test]
@@ -84,32 +154,37 @@ fn flash_that_does_not_erase_is_an_error_and_no_endless_loop() {
     let mut flash = flash();
     flash.bytes_mut().fill(0x5a);
     let position = open(&mut flash);
-    let mut worn = WornOut(flash);
+    let mut worn = WithoutErase { flash, outcome: Ok(()) };
     let outcome = RING.append(&mut worn, &mut position.clone(), &payload(1));
     assert_eq!(outcome, Err(crate::Error::NotAsWritten));
 }
 
 #[test]
 fn a_cut_at_any_step_loses_at_most_the_entry_being_written() {
-    let stride = cut_stride(3);
+    let stride = cut_stride(5);
     let mut cuts = 0_u64;
-    for order in EraseOrder::ALL {
+    for (order, erase) in
+        EraseOrder::ALL.into_iter().flat_map(|order| Erase::BOTH.map(|erase| (order, erase)))
+    {
         for last_step in LastStep::ALL {
             let mut flash = flash().tearing(order, last_step);
             let mut position = open(&mut flash);
             for number in 0..2 * RING.appends_per_round() as usize + 5 {
                 let before = (flash.clone(), position);
-                assert!(append(&mut flash, &mut position));
+                assert!(erase.append(&mut flash, &mut position));
                 let steps = flash.steps() - before.0.steps();
                 for cut in (0..steps).skip(number % stride).step_by(stride) {
                     cuts += 1;
                     let (mut cut_flash, mut cut_position) = before.clone();
                     cut_flash.cut_after(cut);
-                    assert!(!append(&mut cut_flash, &mut cut_position));
+                    assert!(!erase.append(&mut cut_flash, &mut cut_position));
                     cut_flash.power_on();
                     let mut reopened = open(&mut cut_flash);
-                    assert!(reopened.next() == before.1.next() || reopened.next() == before.1.next() + 1);
-                    assert!(append(&mut cut_flash, &mut reopened));
+                    let next = reopened.next();
+                    // What was acknowledged stays; what was cut is there as a whole or not at all.
+                    assert!((cut_position.next()..=before.1.next() + 1).contains(&next), "{erase:?}: {next}");
+                    assert!(erase.make_room(&mut cut_flash, &mut reopened));
+                    assert!(erase.append(&mut cut_flash, &mut reopened));
                     if number % 7 == 0 {
                         // The cut cost one place, and its sector may have been erased early.
                         expect_all_kept(&mut cut_flash, &reopened, RING.kept_at_least() - 1);
@@ -124,7 +199,9 @@ fn a_cut_at_any_step_loses_at_most_the_entry_being_written() {
 #[test]
 fn many_cuts_one_after_another_keep_the_sequence_gapless() {
     let mut random = Random(7);
-    for order in EraseOrder::ALL {
+    for (order, erase) in
+        EraseOrder::ALL.into_iter().flat_map(|order| Erase::BOTH.map(|erase| (order, erase)))
+    {
         for last_step in LastStep::ALL {
             let mut flash = flash().tearing(order, last_step);
             let mut acknowledged = 0;
@@ -135,7 +212,7 @@ fn many_cuts_one_after_another_keep_the_sequence_gapless() {
                 assert!(position.next() <= acknowledged + 2, "an entry nobody wrote");
                 let steps = random.below(2_000);
                 flash.cut_after(steps);
-                while append(&mut flash, &mut position) {}
+                while erase.make_room(&mut flash, &mut position) && append(&mut flash, &mut position) {}
                 acknowledged = position.next() - 1;
                 flash.power_on();
                 cuts += 1;
@@ -150,34 +227,37 @@ fn many_cuts_one_after_another_keep_the_sequence_gapless() {
 #[test]
 fn the_maps_rings_have_the_sizes_they_are_documented_with() {
     let per_sector = SECTOR_BYTES / (crate::map::LOG_ENTRY_BYTES as u32 + 8);
-    assert_eq!(crate::map::LOG.kept_at_least(), 31 * per_sector);
+    assert_eq!(crate::map::LOG.kept_at_least(), 30 * per_sector);
     assert_eq!(crate::map::LEDGER.appends_per_round(), 8 * 32);
 }
 
-/// Flash whose erases do nothing any more.
-struct WornOut(MockFlash);
-
-impl embedded_storage::nor_flash::ErrorType for WornOut {
-    type Error = crate::mock::MockError;
+/// Flash whose erases do nothing: it is worn out, or refuses them.
+struct WithoutErase {
+    flash: MockFlash,
+    outcome: Result<(), MockError>,
 }
 
-impl embedded_storage::nor_flash::ReadNorFlash for WornOut {
+impl embedded_storage::nor_flash::ErrorType for WithoutErase {
+    type Error = MockError;
+}
+
+impl embedded_storage::nor_flash::ReadNorFlash for WithoutErase {
     const READ_SIZE: usize = 1;
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
-        self.0.read(offset, bytes)
+        self.flash.read(offset, bytes)
     }
     fn capacity(&self) -> usize {
-        self.0.capacity()
+        self.flash.capacity()
     }
 }
 
-impl embedded_storage::nor_flash::NorFlash for WornOut {
+impl embedded_storage::nor_flash::NorFlash for WithoutErase {
     const WRITE_SIZE: usize = 1;
     const ERASE_SIZE: usize = SECTOR_BYTES as usize;
     fn erase(&mut self, _from: u32, _to: u32) -> Result<(), Self::Error> {
-        Ok(())
+        self.outcome
     }
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
-        self.0.write(offset, bytes)
+        self.flash.write(offset, bytes)
     }
 }

@@ -62,6 +62,9 @@ impl Exhibit {
         self.ledger.reserve(wanted);
         if let Some(record) = self.ledger.to_store().copied() {
             self.store.store(&mut self.flash, &record)?;
+            if self.store.wants_room() {
+                self.store.make_room(&mut self.flash)?;
+            }
             self.ledger.stored(StoredReservation { sequence: record.sequence });
         }
         if self.ledger.covers(wanted) {
@@ -76,6 +79,9 @@ impl Exhibit {
             self.log.append(&mut self.flash, Some(UtcSeconds(1_795_379_862)), 7, Event::Rearmed)?;
         assert_eq!(sequence, truth.logged + 1);
         truth.logged = sequence;
+        if self.log.wants_room() {
+            self.log.make_room(&mut self.flash)?;
+        }
         Ok(())
     }
 
@@ -262,6 +268,9 @@ fn minute(
         if let Some(record) = ledger.to_store().copied() {
             store.store(flash, &record)?;
             ledger.stored(StoredReservation { sequence: record.sequence });
+            if store.wants_room() {
+                store.make_room(flash)?;
+            }
         }
         if ledger.covers(wanted) {
             ledger.book(wanted, FULL, STEP);
