@@ -4,7 +4,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
 use serde::{Serialize, de::DeserializeOwned};
 
-/// The checksum of frames and of the uploaded plan.
+/// The checksum of frames and of whatever is uploaded.
 pub const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// The most bytes of a body, its CRC included.

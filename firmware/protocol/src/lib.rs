@@ -72,7 +72,7 @@ pub use server::{Controller, Link, Reach, Server};
 pub use status::Status;
 
 /// The version of the messages. It grows when a message changes its meaning or its layout.
-pub const VERSION: u16 = 3;
+pub const VERSION: u16 = 4;
 
 /// The most bytes of a plan or an image in one message.
 pub const MAX_CHUNK: usize = 256;

@@ -115,6 +115,8 @@ fn a_plan_that_asks_for_more_is_taken_when_that_is_confirmed() {
     let less_again = workshop.path("exhibit.toml");
     std::fs::write(less_again, super::support::SMALL).unwrap();
     workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
+    let stale = workshop.succeed(&["status", "--build", "build", "--to", to]);
+    assert!(stale.contains("the controller runs another plan"), "{stale}");
     let refused = workshop.run(&["upload", "build", "--to", to]);
     assert_eq!(refused.code, Some(1));
     assert!(refused.stderr.contains("vitrine upload --allow-more"), "{}", refused.stderr);

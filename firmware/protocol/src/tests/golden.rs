@@ -21,6 +21,7 @@ use crate::{
     firmware::{ImageFault, Outcome, Progress},
     frame::{self, Deframer},
     message::{Chunk, LogEntry, LogPage, Reply, Response},
+    plan_file::{self, MAX_PLAN_BYTES},
     status::{ClockSource, ClockState},
 };
 
@@ -48,13 +49,20 @@ fn messages() -> String {
     every_variant::<Outcome>().iter().for_each(|value| line(&mut lines, "outcome", value));
     every_variant::<ImageFault>().iter().for_each(|value| line(&mut lines, "image fault", value));
     every_variant::<PlanError>().iter().for_each(|value| line(&mut lines, "plan error", value));
-    line(&mut lines, "plan", &super::plan_file::small());
+    let plan = super::plan_file::small();
+    let mut buffer = [0; MAX_PLAN_BYTES];
+    let bytes = plan_file::encode(&plan, &mut buffer).expect("fits");
+    line_of(&mut lines, "plan", &plan, bytes);
     lines.concat()
 }
 
 fn line<T: Serialize>(lines: &mut Vec<String>, kind: &str, value: &T) {
     let mut buffer = [0; 512];
     let bytes = postcard::to_slice(value, &mut buffer).expect("fits");
+    line_of(lines, kind, value, bytes);
+}
+
+fn line_of<T: Serialize>(lines: &mut Vec<String>, kind: &str, value: &T, bytes: &[u8]) {
     let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
     let words = serde_json::to_string(value).expect("plain data");
     lines.push(format!("{kind} {words}\n    {hex}\n"));

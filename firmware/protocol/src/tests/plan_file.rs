@@ -40,9 +40,19 @@ fn damage_and_another_layout_are_told_apart() {
     }
     assert_eq!(plan_file::decode(&[]), Err(PlanFileError::Checksum));
     let short = &mut bytes[..20];
-    let crc = plan_file::crc(&short[..16]).to_le_bytes();
-    short[16..].copy_from_slice(&crc);
+    let checksum = crc::Crc::<u32>::new(&crc::CRC_32_ISCSI).checksum(&short[..16]).to_le_bytes();
+    short[16..].copy_from_slice(&checksum);
     assert_eq!(plan_file::decode(short), Err(PlanFileError::Layout));
+}
+
+#[test]
+fn plans_are_named_apart() {
+    let plans = ["Small", "Snail"].map(|name| {
+        let mut buffer = [0; MAX_PLAN_BYTES];
+        let plan = Plan { name: text(name), ..small() };
+        plan_file::crc(plan_file::encode(&plan, &mut buffer).expect("fits"))
+    });
+    assert_ne!(plans[0], plans[1]);
 }
 
 #[test]

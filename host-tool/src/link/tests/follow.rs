@@ -78,3 +78,26 @@ fn what_is_asked_is_done_or_refused_and_the_log_follows() {
         entries.iter().any(|entry| entry.event == vitrine_exhibit::events::Event::Rearmed).then_some(())
     });
 }
+
+#[test]
+fn another_plan_is_told() {
+    let (served, address) = served(FlashFile::in_memory());
+    let upload = |name: &str| {
+        served.controller().advance(3_000);
+        let mut client = Client::open(&address).expect("greeted");
+        client.upload(&plan_bytes(name), &mut |_| {}).expect("uploaded");
+    };
+    upload("First");
+    let follower = Follower::new({
+        let address = address.clone();
+        move || Ok(address.clone())
+    });
+    let named = |name: &str| {
+        until(&follower, |update| {
+            matches!(update, Update::Plan(Some(plan)) if plan.name == name).then_some(())
+        });
+    };
+    named("First");
+    upload("Other");
+    named("Other");
+}
