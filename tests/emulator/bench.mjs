@@ -43,6 +43,7 @@ const operations = {
   interpret: () => void (board.isQuick = false),
   digest: () => ({ digest: board.digest() }),
   stack: () => board.stackPeak(),
+  paint_stack: () => board.paintStack(board.mcu, board.mcu.core.SP & ~3),
   flash: ({ start, length }) => ({ bytes: hex(board.flash.bytes.subarray(start, start + length)) }),
   flash_write: ({ start, bytes }) => void board.flash.bytes.set(unhex(bytes), start),
   flash_steps: () => ({ steps: board.flash.steps, log: board.flash.log.splice(0) }),

@@ -236,7 +236,12 @@ impl Bench {
         self.call(json!({"op": "poke", "symbol": symbol, "value": value}));
     }
 
-    /// The most of the stack that was used since the power came, in bytes, and its size.
+    /// Paints the stack anew: the boot loader has used it before the firmware.
+    pub(crate) fn paint_stack(&mut self) {
+        self.call(json!({"op": "paint_stack"}));
+    }
+
+    /// The most of the stack that was used since the power came or it was painted, in bytes, and its size.
     pub(crate) fn stack(&mut self) -> (u64, u64) {
         let answer = self.call(json!({"op": "stack"}));
         (answer["used"].as_u64().expect("bytes"), answer["of"].as_u64().expect("bytes"))
@@ -268,8 +273,7 @@ impl Bench {
 
     /// Takes what the image has logged since the last call, decoded with the image's own table.
     pub(crate) fn log(&mut self) -> Vec<String> {
-        let answer = self.call(json!({"op": "log"}));
-        let bytes = unhex(answer["bytes"].as_str().expect("bytes"));
+        let bytes = self.rtt();
         let image = std::fs::read(&self.image).expect("the image");
         let table = Table::parse(&image).expect("a table").expect("an image with defmt");
         let mut decoder = table.new_stream_decoder();
@@ -282,6 +286,11 @@ impl Bench {
                 Err(DecodeError::Malformed) => lines.push("(lost)".to_owned()),
             }
         }
+    }
+
+    /// The same, as a probe reads it.
+    pub(crate) fn rtt(&mut self) -> Vec<u8> {
+        unhex(self.call(json!({"op": "log"}))["bytes"].as_str().expect("bytes"))
     }
 
     /// Offers the board's USB serial port; gives its address for `--to`.

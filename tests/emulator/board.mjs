@@ -170,9 +170,9 @@ export class Board {
     this.steps.running = false;
   }
 
-  paintStack(mcu) {
-    const [start, end] = [this.symbols.get('_stack_end'), this.symbols.get('_stack_start')];
-    mcu.sram.fill(STACK_PAINT, start - 0x20000000, end - 0x20000000);
+  // Paints the stack below what is in use of it.
+  paintStack(mcu, end = this.symbols.get('_stack_start')) {
+    mcu.sram.fill(STACK_PAINT, this.symbols.get('_stack_end') - 0x20000000, end - 0x20000000);
   }
 
   // One number for all that the program has in memory and the processor in its registers.
@@ -182,7 +182,7 @@ export class Board {
     return createHash('sha256').update(sram).update(this.flash.bytes).update(core.registers).update(Uint8Array.from(flags)).digest('hex');
   }
 
-  // The most bytes of stack used since the power came.
+  // The most bytes of stack used since it was painted: when the power came, or later.
   stackPeak() {
     const [bottom, top] = [this.symbols.get('_stack_end') - 0x20000000, this.symbols.get('_stack_start') - 0x20000000];
     let at = bottom;

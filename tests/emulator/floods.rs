@@ -3,7 +3,10 @@
 use std::io::Write;
 
 use serde_json::json;
-use vitrine_protocol::{Reply, Request, Response, frame};
+use vitrine_exhibit::inputs;
+use vitrine_exhibit::units::Milliseconds;
+use vitrine_protocol::rate::{BURST, REFILL_MS};
+use vitrine_protocol::{Refusal, Reply, Request, Response, frame};
 
 use crate::bench::{Bench, MICROSECOND, MILLISECOND};
 use crate::exhibit::neutral_on;
@@ -91,4 +94,61 @@ fn a_host_that_does_not_read_holds_up_nobody() {
     bench.run(1_500 * MILLISECOND);
     while host.hear().is_some() {}
     host.status(&mut bench);
+}
+
+/// Every request is whole and allowed: what is too many is refused, and the rest is done.
+#[test]
+fn a_flood_of_commands_is_held_to_the_rate_and_the_service_port_is_served_meanwhile() {
+    let (mut bench, mut host) = neutral_on(Bench::with_image("vitrine-pico-bench.elf"));
+    let hello =
+        Request::Hello { version: vitrine_protocol::VERSION, fingerprint: vitrine_protocol::FINGERPRINT };
+    bench.edges();
+    let began = bench.now;
+    let (mut done, mut refused, mut served) = (0, 0, 0);
+    for round in 0..40_u16 {
+        for view in 0..30 {
+            let hold = inputs::Request::Hold { view: view % 3, lease: Milliseconds(60_000) };
+            host.send(&Request::Exhibit(hold));
+        }
+        bench.service(&frame::encode(round, &hello).expect("a small request"));
+        bench.run(25 * MILLISECOND);
+        while let Some((_, reply)) = host.hear() {
+            match reply {
+                Ok(Response::Done) => done += 1,
+                Err(Refusal::TooManyRequests { .. }) => refused += 1,
+                other => panic!("{other:?}"),
+            }
+        }
+        served += bench.service_answers().iter().filter(|byte| **byte == 0).count();
+    }
+    let allowed = u64::from(BURST) + (bench.now - began) / MILLISECOND / REFILL_MS + 1;
+    println!(
+        "{done} of 1200 commands were done, {refused} refused, {allowed} allowed; {served} of 40 served beside"
+    );
+    assert!(done <= allowed && done >= allowed / 2 && refused >= 100, "{done} done, {refused} refused");
+    assert!(served >= 35, "{served}");
+    let jitter = step_jitter(&bench.edges());
+    assert!(jitter <= 50 * MICROSECOND, "{jitter} ns");
+    assert_eq!(bench.take_resets(), 0);
+}
+
+#[test]
+fn hosts_that_come_and_go_in_mid_frame_leave_the_next_one_a_clean_port() {
+    let (mut bench, host) = neutral_on(Bench::with_image("vitrine-pico-bench.elf"));
+    drop(host);
+    bench.edges();
+    let status = frame::encode(7, &Request::Status).expect("a small request");
+    for visit in 0..25 {
+        bench.run(20 * MILLISECOND);
+        let address = bench.listen();
+        let mut host = Host::greet(&mut bench, &address);
+        host.status(&mut bench);
+        host.stream.write_all(&status[..1 + visit % (status.len() - 1)]).expect("taken");
+        bench.service(&status[..1 + visit % (status.len() - 1)]);
+        // Some stay for a moment, some are gone before the board looks.
+        bench.run(visit as u64 % 3 * 60 * MILLISECOND);
+    }
+    let jitter = step_jitter(&bench.edges());
+    assert!(jitter <= 50 * MICROSECOND, "{jitter} ns");
+    assert_eq!(bench.take_resets(), 0);
 }

@@ -31,6 +31,8 @@ impl Host {
         stream.set_nonblocking(true).expect("a socket");
         let mut host = Self { stream, deframer: Deframer::new(), sequence: 0 };
         bench.run(20 * MILLISECOND);
+        // Ends what the host before has left unfinished, as the real tool does.
+        host.stream.write_all(&[0]).expect("the port takes it");
         let hello = host.try_ask(bench, &Request::Hello { version: VERSION, fingerprint: FINGERPRINT })?;
         assert!(matches!(hello, Ok(Response::Hello(_))), "{hello:?}");
         Some(host)

@@ -16,6 +16,7 @@ mod floods;
 mod hosts;
 mod hours;
 mod interlock;
+mod live;
 mod malformed;
 mod measures;
 mod mind;

@@ -29,7 +29,7 @@ const ROOMS: [(&str, f64, f64); 7] = [
 ];
 
 /// As many views, rules and closed days as a plan holds, with the policies that reckon most.
-fn largest_plan(policy: Policy, between: Between) -> Plan {
+pub(crate) fn largest_plan(policy: Policy, between: Between) -> Plan {
     let mut plan = plan();
     plan.viewer.policy = policy;
     plan.viewer.between = between;

@@ -91,20 +91,6 @@ fn a_plan_for_the_thermal_pair_does_not_ask_the_radar() {
     assert_eq!(host.status(&mut bench).snapshot.viewers, 0);
 }
 
-/// A technician without a probe sees what the image tells, decoded with the very image.
-#[test]
-fn the_real_tool_decodes_the_images_messages_over_the_link() {
-    let mut bench = Bench::new();
-    bench.power_on();
-    bench.run(100 * MILLISECOND);
-    let address = bench.listen();
-    let image = crate::bench::workspace().join("target/firmware/vitrine-pico.elf");
-    // A radar that reports for two seconds: something to tell besides the start.
-    bench.radar(&radar_bytes(&vitrine_exhibit::viewer::RadarFrame::new()).repeat(1_700));
-    let told = bench.vitrine(&["log", "--live", &image.to_string_lossy(), "--for", "3", "--to", &address]);
-    assert!(told.contains("started") && told.contains("a radar reports"), "{told}");
-}
-
 /// The ultraviolet sensor's own temperature stands for the enclosure's air: 0.05 degrees a count from -66.9 on.
 #[test]
 fn the_enclosures_air_is_read_and_cuts() {

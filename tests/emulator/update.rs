@@ -19,6 +19,7 @@ use crate::bench::{
     Bench, LAMP_PINS, MILLISECOND, SECOND, built, number_of, supply_reading, vitrine_command, workspace,
 };
 use crate::hosts::Host;
+use crate::measures::hold_stack_to_its_budget;
 
 const STATUS_LED: u8 = 25;
 
@@ -171,6 +172,7 @@ fn changed_firmware_is_refused_and_firmware_that_hangs_is_gone_back_from() {
     bench.run(SECOND);
     let address = bench.listen();
     let mut host = Host::greet(&mut bench, &address);
+    bench.paint_stack();
     let hangs = program(NEW_PIN, "2.0.0");
     let mut flipped = hangs.clone();
     flipped[HEADER_BYTES as usize + 70] ^= 4;
@@ -183,6 +185,7 @@ fn changed_firmware_is_refused_and_firmware_that_hangs_is_gone_back_from() {
 
     let crc = plan_file::crc(&hangs);
     assert_eq!(send(&mut bench, &mut host, &hangs), Ok(Response::Committed { crc }));
+    hold_stack_to_its_budget(&mut bench, "three updates' signatures");
     bench.edges();
     assert_eq!(host.ask(&mut bench, &Request::Restart), Ok(Response::Done));
     bench.run(20 * SECOND);

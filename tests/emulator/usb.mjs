@@ -12,6 +12,7 @@ export class UsbHost {
     this.toDevice = [];
     this.fromDevice = [];
     this.socket = null;
+    this.server = null;
     this.connectedAt = null;
     this.reading = true;
     this.held = [];
@@ -69,6 +70,7 @@ export class UsbHost {
   }
 
   listen() {
+    if (this.server) return this.server.address().port;
     return new Promise((resolve) => {
       this.server = net.createServer((socket) => {
         this.socket?.destroy();

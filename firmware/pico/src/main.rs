@@ -46,6 +46,7 @@ mod store;
 mod updates;
 mod watchdog;
 
+use controller::PlanSlot;
 use defmt::info;
 use defmt_rtt as _;
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
@@ -55,6 +56,7 @@ use heapless::String;
 use static_cell::StaticCell;
 use store::Store;
 use vitrine_exhibit::controller::State;
+use vitrine_exhibit::ledger::LedgerRecord;
 use vitrine_exhibit::plan::ValidPlan;
 
 /// Runs the tasks that must not wait for the others.
@@ -79,14 +81,11 @@ async fn main(spawner: Spawner) {
     let interlock = guard::arm(resources.interlock);
     let Ok((lamps, pwm)) = lamps::take(resources.lamps) else { last_words::end("the lamps did not go dark") };
 
-    static STATE: StaticCell<State> = StaticCell::new();
-    static PLAN: StaticCell<Option<ValidPlan>> = StaticCell::new();
-    static SPARE: StaticCell<Option<ValidPlan>> = StaticCell::new();
     static SERIAL_NUMBER: StaticCell<String<24>> = StaticCell::new();
-    let plan = PLAN.init(None);
-    let (store, ledger) = Store::open(resources.storage, plan, SPARE.init(None));
+    let [plan, spare] = plan_slots();
+    let (store, ledger) = Store::open(resources.storage, plan, spare);
     let serial_number = SERIAL_NUMBER.init(store.serial_number.clone());
-    let state = STATE.init_with(|| State::new(ledger, dog.after_fault()));
+    let state = state(ledger, dog.after_fault());
     let (usb_device, usb_port) = links::usb(resources.usb, serial_number);
 
     #[cfg(feature = "bench")]
@@ -105,6 +104,20 @@ async fn main(spawner: Spawner) {
     spawner.spawn(started(front::run(resources.front)));
     spawner.spawn(started(watchdog::run(dog)));
     info!("started");
+}
+
+/// Rooms for two plans. Apart from its caller, whose stack lives while the plan is read.
+#[inline(never)]
+fn plan_slots() -> [PlanSlot; 2] {
+    static PLANS: [StaticCell<Option<ValidPlan>>; 2] = [const { StaticCell::new() }; 2];
+    PLANS.each_ref().map(|slot| slot.init(None))
+}
+
+/// The exhibit's mind at its start; apart from its caller too.
+#[inline(never)]
+fn state(ledger: LedgerRecord, after_fault: bool) -> &'static mut State {
+    static STATE: StaticCell<State> = StaticCell::new();
+    STATE.init_with(|| State::new(ledger, after_fault))
 }
 
 /// The interlock goes before everything; time and the state's owner before what talks to the world.

@@ -188,6 +188,7 @@ fn read<'a>(
     *slot = None;
     let used = record.read(chip, 0, buffer).map_err(|_| Refusal::StorageFailed)?;
     let bytes = buffer.get(..used).ok_or(Refusal::StorageFailed)?;
-    let plan = plan_file::decode(bytes).map_err(|_| Refusal::UnreadablePlan)?;
-    Ok(slot.insert(ValidPlan::new(plan).map_err(Refusal::UnfitPlan)?))
+    let decoded = plan_file::decode(bytes);
+    let plan = decoded.as_ref().map_err(|_| Refusal::UnreadablePlan)?;
+    ValidPlan::put(plan, slot).map_err(Refusal::UnfitPlan)
 }

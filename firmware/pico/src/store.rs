@@ -62,12 +62,14 @@ pub(crate) struct Store {
 }
 
 impl Store {
-    /// Takes the flash and reads what is there; loads the plan into `active`. Gives the newest ledger record too.
+    /// Takes the flash and reads what is there; loads the plan into `active`. Gives the newest ledger record too. Apart from
+    /// its caller, whose stack lives as long as the program starts.
+    #[inline(never)]
     pub(crate) fn open(
         resources: StorageResources,
         active: &mut Option<ValidPlan>,
         spare: PlanSlot,
-    ) -> (Self, LedgerRecord) {
+    ) -> (&'static mut Self, LedgerRecord) {
         let mut chip = Chip::take(resources);
         let serial_number = chip::serial_number(&mut chip);
         let updates = Updates::load(&mut chip);
@@ -91,7 +93,8 @@ impl Store {
             Ok(record) => readings::clock_record(record),
             Err(_) => warn!("what is known of the clock cannot be read"),
         }
-        let store = Self {
+        static STORE: StaticCell<Store> = StaticCell::new();
+        let store = STORE.init_with(|| Self {
             chip,
             plans,
             updates,
@@ -102,7 +105,7 @@ impl Store {
             happened: None,
             told_lost: 0,
             clock_to_keep: None,
-        };
+        });
         (store, record)
     }
 }
@@ -196,7 +199,7 @@ enum Logged {
 
 /// Serves flash and hosts for ever.
 #[embassy_executor::task]
-pub(crate) async fn run(mut store: Store) -> ! {
+pub(crate) async fn run(store: &'static mut Store) -> ! {
     let mut server = Server::new();
     info!("serial number {}", store.serial_number.as_str());
     loop {
@@ -211,7 +214,7 @@ pub(crate) async fn run(mut store: Store) -> ! {
         match select4(TO_STORE.wait(), INCOMING.receive(), next_event, Timer::after(ALIVE)).await {
             Either4::First(record) => store.reservation = Some(record),
             Either4::Second((link, incoming)) => {
-                let answer = server.answer(&incoming, Instant::now().as_millis(), &mut store);
+                let answer = server.answer(&incoming, Instant::now().as_millis(), store);
                 if let Some(channel) = ANSWERS.get(usize::from(link)) {
                     let _ = channel.try_send(answer);
                 }

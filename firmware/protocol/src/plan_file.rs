@@ -5,6 +5,7 @@
 //! another polynomial because the CRC of bytes that end with their own CRC is the same for all of them.
 
 use crc::{CRC_32_ISCSI, Crc};
+use serde::Deserialize;
 use vitrine_exhibit::plan::Plan;
 
 use crate::frame::CRC;
@@ -40,15 +41,18 @@ pub fn encode<'a>(plan: &Plan, bytes: &'a mut [u8]) -> Option<&'a mut [u8]> {
     postcard::to_slice_crc32(plan, bytes, CHECKSUM.digest()).ok()
 }
 
-/// Reads a plan. Whether it makes sense is another question:
-/// [`ValidPlan::new`](vitrine_exhibit::plan::ValidPlan::new) answers it.
+/// Reads a plan, apart from its caller: what the reading needs of a board's stack is free again afterwards. Whether it makes
+/// sense is another question: [`ValidPlan::new`](vitrine_exhibit::plan::ValidPlan::new) answers it.
+#[inline(never)]
 pub fn decode(bytes: &[u8]) -> Result<Plan, PlanFileError> {
     let (encoded, checksum) = bytes.split_last_chunk::<4>().ok_or(PlanFileError::Checksum)?;
     if CHECKSUM.checksum(encoded) != u32::from_le_bytes(*checksum) {
         return Err(PlanFileError::Checksum);
     }
-    match postcard::take_from_bytes(encoded) {
-        Ok((plan, [])) => Ok(plan),
+    let mut reader = postcard::Deserializer::from_bytes(encoded);
+    let plan = Plan::deserialize(&mut reader).map_err(|_| PlanFileError::Layout)?;
+    match reader.finalize() {
+        Ok([]) => Ok(plan),
         _ => Err(PlanFileError::Layout),
     }
 }

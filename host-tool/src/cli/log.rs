@@ -25,7 +25,8 @@ Examples:
   vitrine log --since 2026-05-01 --csv > may.csv
   vitrine log --since 2026-05-01T09:00:00+02:00
   vitrine log --from 120 --json
-  vitrine log --live target/firmware/vitrine-pico.elf")]
+  vitrine log --live target/firmware/vitrine-pico.elf
+  vitrine log --live target/firmware/vitrine-pico.elf --rtt localhost:9090")]
 pub(super) struct Log {
     /// Begin at this entry's number.
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
@@ -42,16 +43,23 @@ pub(super) struct Log {
     /// With --live: stop after this many seconds.
     #[arg(long = "for", value_name = "SECONDS", requires = "live")]
     lasts: Option<u64>,
+    /// With --live: from a probe instead of over the link, by the RTT server (of OpenOCD, for example) at this address.
+    #[arg(long, value_name = "HOST:PORT", requires = "live", conflicts_with = "address")]
+    rtt: Option<String>,
     #[command(flatten)]
     to: To,
 }
 
 impl Log {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
-        let mut client = self.to.open()?;
         if let Some(image) = &self.live {
-            return live::follow(client, image, self.lasts.map(Duration::from_secs), output);
+            let source = match self.rtt {
+                Some(address) => live::Source::probe(address)?,
+                None => live::Source::link(self.to.open()?),
+            };
+            return live::follow(source, image, self.lasts.map(Duration::from_secs), output);
         }
+        let mut client = self.to.open()?;
         let mut entries = client.log(self.from)?;
         if let Some(since) = self.since {
             entries.retain(|entry| entry.time.is_some_and(|time| time.0 >= since.as_second()));

@@ -27,6 +27,12 @@ const GREETING_PATIENCE: Duration = Duration::from_millis(700);
 const TRIES: u32 = 4;
 /// How long a request is repeated that the controller puts off.
 const PUT_OFF_AT_MOST: Duration = Duration::from_secs(20);
+/// The same where it waits for lamps that fade: a fade takes a minute at most.
+const FADES_AT_MOST: Duration = Duration::from_secs(75);
+
+fn patience_with(refusal: &Refusal) -> Duration {
+    if matches!(refusal, Refusal::LampsInMotion { .. }) { FADES_AT_MOST } else { PUT_OFF_AT_MOST }
+}
 
 /// A connection to a controller that has greeted in this program's version.
 pub struct Client {
@@ -273,7 +279,7 @@ impl Client {
             match self.exchange(request, PATIENCE)? {
                 Ok(response) => return Ok(response),
                 Err(refusal) => match refusal.retry() {
-                    Some(wait) if begun.elapsed() < PUT_OFF_AT_MOST => {
+                    Some(wait) if begun.elapsed() < patience_with(&refusal) => {
                         thread::sleep(Duration::from_millis(wait.0.clamp(1, 2_000).into()));
                     }
                     _ => return Err(LinkError::Refused { address: self.address.clone(), refusal }),

@@ -95,15 +95,31 @@ impl ValidPlan {
     /// The first fault of the plan.
     pub fn new(plan: Plan) -> Result<Self, PlanError> {
         plan.check()?;
-        let mut hasher = Fnv(0x811c_9dc5);
-        plan.hash(&mut hasher);
-        Ok(Self { fingerprint: hasher.0, plan })
+        Ok(Self { fingerprint: fingerprint(&plan), plan })
+    }
+
+    /// Checks a plan and copies it into a slot, which is emptied first: for a board on whose stack there is no room for many
+    /// copies of a plan.
+    ///
+    /// # Errors
+    /// The first fault of the plan.
+    #[inline(never)]
+    pub fn put<'a>(plan: &Plan, slot: &'a mut Option<Self>) -> Result<&'a Self, PlanError> {
+        *slot = None;
+        plan.check()?;
+        Ok(slot.insert(Self { fingerprint: fingerprint(plan), plan: plan.clone() }))
     }
 
     /// Tells two plans apart while the controller runs; not the same from one machine to another.
     pub const fn fingerprint(&self) -> u32 {
         self.fingerprint
     }
+}
+
+fn fingerprint(plan: &Plan) -> u32 {
+    let mut hasher = Fnv(0x811c_9dc5);
+    plan.hash(&mut hasher);
+    hasher.0
 }
 
 impl core::ops::Deref for ValidPlan {

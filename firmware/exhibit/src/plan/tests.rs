@@ -26,6 +26,17 @@ fn with_rule(rule: ScheduleRule) -> PlanError {
 }
 
 #[test]
+fn a_slot_holds_the_plan_that_was_put_there_or_nothing() {
+    let mut slot = None;
+    let fingerprint = ValidPlan::put(&plan(), &mut slot).map(ValidPlan::fingerprint);
+    assert_eq!(slot, ValidPlan::new(plan()).ok());
+    assert_eq!(fingerprint.ok(), slot.as_ref().map(ValidPlan::fingerprint));
+    let unfit = Plan { views: Vec::new(), ..plan() };
+    assert_eq!(ValidPlan::put(&unfit, &mut slot).err(), Some(PlanError::NoViews));
+    assert_eq!(slot, None, "a plan that was refused takes nobody's place");
+}
+
+#[test]
 fn the_plan_of_three_photographs_is_valid() {
     assert_eq!(plan().check(), Ok(()));
 }
