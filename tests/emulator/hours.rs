@@ -95,7 +95,7 @@ fn hours_of_visitors_miss_no_step_lose_no_event_and_book_all_light() {
         for _ in 0..stays_s.min(seconds) {
             room.live(&mut bench, SECOND);
             pins.add_up(&mut bench);
-            bench.log();
+            bench.rtt();
         }
         visit += 1;
         if visit % LOOK == 0 {

@@ -69,11 +69,11 @@ impl Layout {
         FLASH_BASE + self.active.start + HEADER_BYTES
     }
 
-    /// Holds a header against this board and the key: everything but the image behind it.
+    /// Holds a header against this board and the key: everything but its signature and the image behind it.
     ///
     /// # Errors
-    /// Why it is not for this board, or not signed.
-    pub fn vouch(&self, bytes: &[u8; HEADER_BYTES as usize], key: &impl Key) -> Result<Header, ImageFault> {
+    /// Why it is not for this board, or names another key.
+    pub fn suits(&self, bytes: &[u8; HEADER_BYTES as usize], key: &impl Key) -> Result<Header, ImageFault> {
         let header = Header::from_bytes(bytes)?;
         if header.board != self.board {
             return Err(ImageFault::OtherBoard);
@@ -87,6 +87,15 @@ impl Layout {
         if header.key != key.hint() {
             return Err(ImageFault::OtherKey);
         }
+        Ok(header)
+    }
+
+    /// The same, and its signature.
+    ///
+    /// # Errors
+    /// Why it is not for this board, or not signed.
+    pub fn vouch(&self, bytes: &[u8; HEADER_BYTES as usize], key: &impl Key) -> Result<Header, ImageFault> {
+        let header = self.suits(bytes, key)?;
         let signed = bytes.get(..SIGNED_BYTES).unwrap_or_default();
         if key.has_signed(signed, &header.signature) { Ok(header) } else { Err(ImageFault::Signature) }
     }

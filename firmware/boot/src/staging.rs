@@ -106,6 +106,12 @@ impl Staging {
         Ok(())
     }
 
+    /// The header, when these bytes were the last of it: what it tells need not wait for the image.
+    pub fn header_after(&self, bytes: usize) -> Option<&[u8; HEADER_BYTES as usize]> {
+        let before = self.written.saturating_sub(u32::try_from(bytes).unwrap_or(u32::MAX));
+        (before < HEADER_BYTES && self.written >= HEADER_BYTES).then_some(&self.header)
+    }
+
     /// The CRC-32 of what is written.
     pub fn crc(&self) -> u32 {
         self.crc.clone().finalize()

@@ -74,9 +74,15 @@ impl<K: Key> Updates<K> {
     /// Writes the next bytes and reads them back.
     ///
     /// # Errors
-    /// No image has begun, or the flash failed.
+    /// No image has begun, or the flash failed; or these bytes end a header that is for another board or names another key, so
+    /// that the host need not send the rest.
     pub fn append<F: NorFlash>(&mut self, flash: &mut F, bytes: &[u8]) -> Result<(), Refusal> {
-        self.staging.as_mut().ok_or(Refusal::NoUpload)?.append(flash, bytes).map_err(refusal)
+        let staging = self.staging.as_mut().ok_or(Refusal::NoUpload)?;
+        staging.append(flash, bytes).map_err(refusal)?;
+        if let Some(header) = staging.header_after(bytes.len()) {
+            self.layout.suits(header, &self.key).map_err(Refusal::UnfitImage)?;
+        }
+        Ok(())
     }
 
     /// Verifies the new image; the next start installs it. Erases a sector.

@@ -63,7 +63,7 @@ pub(super) enum Source {
     /// The link of all other commands.
     Link {
         /// The controller.
-        client: Client,
+        client: Box<Client>,
         /// Where to go on in its ring.
         place: Option<u16>,
     },
@@ -78,8 +78,8 @@ pub(super) enum Source {
 
 impl Source {
     /// The controller at the other end of a link.
-    pub(super) const fn link(client: Client) -> Self {
-        Self::Link { client, place: None }
+    pub(super) fn link(client: Client) -> Self {
+        Self::Link { client: Box::new(client), place: None }
     }
 
     /// The probe whose server listens at HOST:PORT.

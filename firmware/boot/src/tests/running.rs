@@ -5,7 +5,7 @@ use vitrine_protocol::Refusal;
 use vitrine_protocol::firmware::{ImageFault, Outcome, Progress};
 use vitrine_storage::mock::MockFlash;
 
-use super::bench::{LAYOUT, PLACE, boot, flash_with, image, signing_key, stage_of};
+use super::bench::{LAYOUT, PLACE, boot, flash_with, header, image, signed, signing_key, stage_of};
 use crate::trial::{Health, Verdict};
 use crate::{Updates, VerifyingKey};
 
@@ -46,6 +46,25 @@ fn an_update_is_sent_tried_and_confirmed() {
     assert_eq!(updates.look_after(&mut flash, HEALTHY, Milliseconds(6_000)), Verdict::Confirm);
     assert_eq!(stage_of(&mut flash), Progress::Settled(Outcome::Confirmed));
     send(&mut updates, &mut flash, &image("3.0.0", 500)).expect("taken again");
+}
+
+#[test]
+fn an_image_for_another_board_or_of_another_key_is_refused_with_its_header() {
+    let mut flash = flash_with(&image("1.0.0", 3_000));
+    let mut updates = running(&mut flash);
+    let body = [7; 5_000];
+    for fault in [ImageFault::OtherKey, ImageFault::OtherBoard] {
+        let mut header = header("2.0.0", &body);
+        match fault {
+            ImageFault::OtherKey => header.key[3] ^= 1,
+            _ => header.board = *b"rp2350\0\0",
+        }
+        let foreign = signed(header, &body);
+        updates.begin(&mut flash, foreign.len() as u32).expect("begun");
+        updates.append(&mut flash, &foreign[..200]).expect("no header yet");
+        assert_eq!(updates.append(&mut flash, &foreign[200..456]), Err(Refusal::UnfitImage(fault)));
+    }
+    send(&mut updates, &mut flash, &image("2.0.0", 5_000)).expect("taken");
 }
 
 #[test]
