@@ -27,5 +27,6 @@ pub use read::{BuildFolder, Films, OpenError};
 pub use report::{Figures, InSmall, Report, ViewReport};
 pub use strips::{GrowingFilms, GrownFilms, growing_place};
 pub use turn::{Turn, Turned, turn};
+pub(crate) use whole::try_beside;
 pub use whole::{INTERRUPTED, Interrupt, WholeFolder, clean_up_on_interrupt, try_file, write_file};
 pub use write::{Beside, BuildError, Inputs, check_place, write, write_grown};

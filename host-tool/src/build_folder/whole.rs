@@ -205,7 +205,7 @@ pub fn try_file(place: &Path) -> io::Result<()> {
 ///
 /// # Errors
 /// Where the folder that `place` is in, or the nearest above it that there is, takes no file.
-pub(super) fn try_beside(place: &Path) -> io::Result<()> {
+pub(crate) fn try_beside(place: &Path) -> io::Result<()> {
     let there = parent_of(place).ancestors().find(|folder| folder.as_os_str().is_empty() || folder.exists());
     let folder = there.filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     tempfile::tempfile_in(folder).map(drop)

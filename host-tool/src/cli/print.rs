@@ -28,6 +28,7 @@ Examples:
   vitrine print build -o sheets --paper A3 --format pdf
   vitrine print build -o sheets --paper \"roll 610\" --dpi 1440x720 --mirrored
   vitrine print build -o sheets --each --json | jq '.sheets[].files'
+  vitrine print build -o again --films 3,7           those that were spoilt
   vitrine print build -o sheets --halftone blue-noise --curves curves.toml
   vitrine print build -o sheets --icc                for a raster image processor that wants a profile
   vitrine print --wedge -o wedge --dpi 1440x720      a chart to measure the inks by: see `vitrine calibrate`
@@ -68,6 +69,9 @@ pub(super) struct Print {
     /// Every film on a sheet of its own, as large as it needs.
     #[arg(long, conflicts_with = "paper")]
     each: bool,
+    /// Print these films only, by their numbers: those that were spoilt, say.
+    #[arg(long, value_name = "N,N", value_delimiter = ',', conflicts_with_all = ["wedge", "circles"])]
+    films: Vec<usize>,
     /// Dots per inch along the width and the height.
     #[arg(long, value_name = "XxY", value_parser = resolution)]
     dpi: Option<Resolution>,
@@ -130,6 +134,9 @@ enum PrintFailure {
         help("lower `ink_limit` in [print], or leave --halftone out")
     )]
     Limit(f64),
+    #[error("there is no film {film}: the build has films 1 to {films}")]
+    #[diagnostic(code("vitrine::print::no_film"), help("name films by their numbers, as in --films 3,7"))]
+    NoFilm { film: usize, films: usize },
     #[error("the chart cannot be drawn")]
     #[diagnostic(
         code("vitrine::print::chart"),
@@ -165,6 +172,7 @@ impl Print {
         let film = ChartFilm::new(&chart).map_err(PrintFailure::from)?;
         let exhibit = name.to_owned();
         let request = PrintRequest {
+            films: vec![0],
             stack: film.stack().clone(),
             exhibit,
             volume_blake3: film.blake3(),
@@ -248,6 +256,13 @@ impl Print {
         let mut request = PrintRequest::new(exhibit, volume_blake3, self.arrangement(&exhibit.print)?);
         request.resolution = self.dpi.unwrap_or(request.resolution);
         request.mirrored |= self.mirrored;
+        if !self.films.is_empty() {
+            let films = request.stack.films;
+            if let Some(&film) = self.films.iter().find(|&&film| !(1..=films).contains(&film)) {
+                return Err(PrintFailure::NoFilm { film, films }.into());
+            }
+            request.films.retain(|film| self.films.contains(&(film + 1)));
+        }
         Ok(request)
     }
 

@@ -13,9 +13,12 @@ const FIRST: usize = DOTS / 10;
 /// The filter's value at its middle: whole numbers add up the same on every machine.
 const UNIT: f64 = (1_u64 << 32) as f64;
 
-/// A threshold in 0..1 for each dot, all different, evenly spread; the mask joins itself at its edges.
+/// What a threshold is a part of.
+const FULL: usize = u16::MAX as usize + 1;
+
+/// A threshold for each dot, all different, evenly spread over 0..65,536; the mask joins itself at its edges.
 #[derive(Debug)]
-pub(super) struct Mask(Vec<f32>);
+pub(super) struct Mask(Vec<u16>);
 
 impl Mask {
     /// Makes the mask for dots that lie `elongation` times as close along a row as along a column.
@@ -35,11 +38,12 @@ impl Mask {
             pattern.flip(void);
             ranks[void] = rank;
         }
-        Self(ranks.into_iter().map(|rank| (rank as f32 + 0.5) / DOTS as f32).collect())
+        const STEP: usize = FULL / DOTS;
+        Self(ranks.into_iter().map(|rank| (rank * STEP + STEP / 2) as u16).collect())
     }
 
     /// The thresholds of a row.
-    pub(super) fn row(&self, row: usize) -> &[f32] {
+    pub(super) fn row(&self, row: usize) -> &[u16] {
         let start = row % SIDE * SIDE;
         &self.0[start..start + SIDE]
     }
@@ -116,7 +120,8 @@ mod tests {
     use super::*;
 
     /// The part of the variance that lies at wave numbers below `below`, in cycles a mask along either axis.
-    fn slow_part(level: f32, mask: &Mask, below: i32) -> f64 {
+    fn slow_part(level: f64, mask: &Mask, below: i32) -> f64 {
+        let level = (level * FULL as f64) as u16;
         let dots: Vec<f64> =
             (0..DOTS).map(|at| if mask.row(at / SIDE)[at % SIDE] < level { 1.0 } else { 0.0 }).collect();
         let mean = dots.iter().sum::<f64>() / DOTS as f64;
@@ -141,7 +146,7 @@ mod tests {
     fn every_threshold_is_there_once() {
         let mask = Mask::new(1.0);
         let mut ranks: Vec<usize> =
-            (0..SIDE).flat_map(|row| mask.row(row).iter().map(|t| (t * DOTS as f32) as usize)).collect();
+            (0..SIDE).flat_map(|row| mask.row(row).iter().map(|&t| usize::from(t) * DOTS / FULL)).collect();
         ranks.sort_unstable();
         assert!(ranks.iter().enumerate().all(|(index, &rank)| index == rank));
     }

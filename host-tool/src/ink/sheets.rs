@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::profile::{ProfileSpace, profile};
 use super::screen::{Screen, Screens};
 use super::separate::Separator;
-use crate::print;
+use crate::print::{self, Dot, Run};
 use crate::volume::CHANNELS;
 
 /// A sample that stands for full ink.
@@ -55,55 +55,26 @@ impl print::Separation for SheetInks {
         self.dimmed.fetch_add(dimmed, Ordering::Relaxed);
     }
 
-    fn is_binary(&self) -> bool {
-        self.screens.as_ref().is_some_and(|screens| screens.top() == 1)
+    fn top_level(&self) -> Option<u8> {
+        self.screens.as_ref().map(Screens::top)
     }
 
-    fn halftone(&self, film: usize) -> Option<Box<dyn print::Halftone>> {
-        let screens = self.screens.as_ref()?;
-        let top = u16::from(screens.top());
-        Some(Box::new(Rows {
-            screens: screens.clone(),
-            film,
-            top,
-            screen: None,
-            planes: Default::default(),
-            levels: Default::default(),
-            row: 0,
-        }))
+    fn halftone(&self, film: usize, width: usize) -> Option<Box<dyn print::Halftone>> {
+        let screen = self.screens.as_ref()?.film(film, width);
+        Some(Box::new(Rows { screen, next: 0 }))
     }
 }
 
 /// A film's dots, row by row.
 struct Rows {
-    screens: Screens,
-    film: usize,
-    top: u16,
-    /// Made with the first row, which tells the width.
-    screen: Option<Screen>,
-    planes: [Vec<f32>; CHANNELS],
-    levels: [Vec<u8>; CHANNELS],
-    row: usize,
+    screen: Screen,
+    next: usize,
 }
 
 impl print::Halftone for Rows {
-    fn row(&mut self, dots: &mut [u16]) {
-        let (dots, _) = dots.as_chunks_mut::<CHANNELS>();
-        let width = dots.len();
-        let screen = self.screen.get_or_insert_with(|| self.screens.film(self.film, width));
-        for ink in 0..CHANNELS {
-            self.planes[ink].clear();
-            self.planes[ink].extend(dots.iter().map(|dot| f32::from(dot[ink]) / FULL));
-            self.levels[ink].resize(width, 0);
-        }
-        let [red, green, blue] = &self.planes;
-        screen.row(self.row, [red, green, blue], self.levels.each_mut().map(Vec::as_mut_slice));
-        let full = u32::from(u16::MAX);
-        let sample = |level: u8| (u32::from(level) * full / u32::from(self.top)) as u16;
-        for (at, dot) in dots.iter_mut().enumerate() {
-            *dot = [0, 1, 2].map(|ink| sample(self.levels[ink][at]));
-        }
-        self.row += 1;
+    fn row(&mut self, runs: &[Run], dots: &mut [Dot]) {
+        self.screen.row(self.next, runs, dots);
+        self.next += 1;
     }
 }
 
@@ -125,20 +96,20 @@ mod tests {
         // 0.2 of white: full red ink, thinned green and blue.
         assert_eq!(&samples[..3], &[13_107, 6_631, 6_333]);
         assert!((inks.dimmed() - 1.0 / 129.0).abs() < 1e-9);
-        let mut halftone = inks.halftone(3).unwrap();
+        let mut halftone = inks.halftone(3, 128).unwrap();
+        let run = Run { end: 128, amounts: [samples[0], samples[1], samples[2]] };
         let mut sums = [0_usize; 3];
         for _ in 0..64 {
-            let mut dots = samples[..3 * 128].to_vec();
-            halftone.row(&mut dots);
-            for dot in dots.as_chunks::<3>().0 {
-                assert!(dot.iter().filter(|&&level| level > 0).count() <= 1, "{dot:?}");
-                (0..3).for_each(|ink| sums[ink] += usize::from(dot[ink] == u16::MAX));
+            let mut dots = [Dot::NONE; 128];
+            halftone.row(&[run], &mut dots);
+            for (ink, level) in dots.map(Dot::ink) {
+                sums[ink] += usize::from(level);
             }
         }
         for (sum, sample) in sums.iter().zip(&samples) {
             let (mean, wanted) = (*sum as f64 / (64.0 * 128.0), f64::from(*sample) / 65_535.0);
             assert!((mean - wanted).abs() < 1.0 / 2048.0, "{mean} for {wanted}");
         }
-        assert!(SheetInks::new(None, None).halftone(0).is_none());
+        assert!(SheetInks::new(None, None).halftone(0, 1).is_none());
     }
 }

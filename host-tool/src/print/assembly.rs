@@ -1,6 +1,7 @@
 //! The assembly sheet: how films become a stack, on A4, with a picture of each.
 
 use pdf_writer::{Content, Filter, Name, Rect, Ref};
+use rayon::prelude::*;
 
 use super::drawing::{ALL, Align, Drawing, Style};
 use super::job::PrintJob;
@@ -31,7 +32,8 @@ const NEXT_TOP_MM: f64 = 30.0;
 pub(super) fn sheet(job: &PrintJob, open: OpenFilm<'_>) -> Result<Vec<u8>, PrintError> {
     let films = job.request.stack.films;
     let mut file = PdfFile::begin(Vec::new())?;
-    let pictures = (0..films).map(|film| Picture::of(job, film, open)).collect::<Result<Vec<_>, _>>()?;
+    let pictures =
+        (0..films).into_par_iter().map(|film| Picture::of(job, film, open)).collect::<Result<Vec<_>, _>>()?;
     let brightest =
         pictures.iter().flat_map(|picture| &picture.ink).fold(0.0, |most: f32, ink| most.max(*ink));
     let references =
@@ -207,7 +209,10 @@ fn cell(
         _ if film + 1 == job.request.stack.films => "bottom, ".to_owned(),
         _ => String::new(),
     };
-    let where_to_find = format!("{place}sheet {}", sheet.unwrap_or_default() + 1);
+    let where_to_find = match sheet {
+        Some(sheet) => format!("{place}sheet {}", sheet + 1),
+        None => format!("{place}not printed now"),
+    };
     drawing.text(x + used + 1.5, y + room + 4.2, &where_to_find, Style::plain(2.8));
 }
 

@@ -2,12 +2,15 @@
 
 use std::time::Instant;
 
+use rayon::prelude::*;
 use serde::Serialize;
 
-use super::job::PrintJob;
-use super::rows::OpenFilm;
+use super::job::{PrintJob, Sheet};
+use super::rows::{Content, OpenFilm, SheetRows};
 use super::separation::Separation;
+use super::strips::RowForm;
 use super::write::{Formats, PrintError};
+use super::{pdf, tiff};
 use crate::deflate::Deflater;
 use crate::volume::CHANNELS;
 
@@ -34,6 +37,8 @@ pub struct Estimate {
 const MOST_SAMPLES: usize = 1 << 30;
 /// One of so many rows is compressed to see how long that takes and what comes of it.
 const SAMPLED_ROWS: usize = 16;
+/// Rows of dots of a sampled row of pixels that a halftone lays out: the last is looked at.
+const SETTLING_ROWS: usize = 4;
 /// Rows that marks make different from their neighbours, for every row of films on a sheet.
 const MARKED_ROWS: usize = 400;
 
@@ -51,27 +56,42 @@ impl Estimate {
     ) -> Result<Self, PrintError> {
         let stack = &job.request.stack;
         let samples = stack.film_len() * CHANNELS;
-        let films_read = (MOST_SAMPLES / samples).clamp(1, stack.films);
-        let mut look = Look::default();
-        for read in 0..films_read {
-            look.read(job, read * stack.films / films_read, open, separation)?;
-        }
+        let films = &job.request.films;
+        let films_read = (MOST_SAMPLES / samples).clamp(1, films.len().max(1));
+        let look = (0..films_read)
+            .into_par_iter()
+            .map(|read| Look::at(job, films[read * films.len() / films_read], open, separation))
+            .try_reduce(Look::default, |one, other| Ok(one.with(other)))?;
         let (width, height) = job.film_dots();
-        let dots = (width * height * stack.films) as f64;
-        let film_bytes = look.bytes_per_dot() * dots;
+        let dots = (width * height * films.len()) as f64;
         let sheet_dots: f64 = job.sheets.iter().map(|sheet| (sheet.width * sheet.height) as f64).sum();
         let blank = Deflater::new().piece(&vec![0; 1 << 20]).compressed_len() as f64 / f64::from(1 << 20);
         // An empty dot has as many bytes before compression as any.
         let blank_bytes = (sheet_dots - dots).max(0.0) * blank * 2.0 * CHANNELS as f64;
-        let tiff = if formats.tiff.is_some() { film_bytes + blank_bytes } else { 0.0 };
-        let pdf = if formats.pdf { film_bytes } else { 0.0 };
-        let area_m2 = stack.width_mm * stack.height_mm() * 1e-6 * stack.films as f64;
+        // Without a halftone, a pixel's rows of dots are the same.
+        let halftoned = separation.top_level().is_some();
+        let rows = if halftoned { height } else { stack.height_px };
+        let worked = (rows * width * films.len()) as f64;
+        let (mut bytes, mut seconds) =
+            (0.0, look.read_seconds / look.pixels.max(1) as f64 * (stack.film_len() * films.len()) as f64);
+        if halftoned {
+            seconds += look.halftone_seconds / look.dots() * dots;
+        }
+        if formats.tiff.is_some() {
+            bytes += look.tiff.bytes / look.dots() * dots + blank_bytes;
+            seconds += look.tiff.seconds / look.dots() * sheet_rows_dots(job, rows);
+        }
+        if formats.pdf {
+            bytes += look.pdf.bytes / look.dots() * dots;
+            seconds += look.pdf.seconds / look.dots() * worked;
+        }
+        let area_m2 = stack.width_mm * stack.height_mm() * 1e-6 * films.len() as f64;
         let coverage = look.coverage();
         Ok(Self {
             sheets: job.sheets(),
             waste: job.waste(),
-            bytes: (tiff + pdf) as u64,
-            seconds: look.seconds_per_dot() * worked_dots(job, formats) / rayon::current_num_threads() as f64,
+            bytes: bytes as u64,
+            seconds: seconds / rayon::current_num_threads() as f64,
             coverage,
             ink_ml: coverage.map(|part| part * area_m2 * full_ink_ml_m2),
             films_read,
@@ -79,21 +99,14 @@ impl Estimate {
     }
 }
 
-/// Dots of all rows that are painted and compressed: those of the same pixels are once.
-fn worked_dots(job: &PrintJob, formats: Formats) -> f64 {
-    let stack = &job.request.stack;
-    let width = job.across.dots();
-    let films = if formats.pdf { (stack.height_px * width * stack.films) as f64 } else { 0.0 };
-    let sheets: f64 = job
-        .sheets
-        .iter()
-        .map(|sheet| {
-            let mut tops: Vec<usize> = sheet.films.iter().map(|film| film.y_dots).collect();
-            tops.dedup();
-            (tops.len() * (stack.height_px + MARKED_ROWS) * sheet.width) as f64
-        })
-        .sum();
-    films + if formats.tiff.is_some() { sheets } else { 0.0 }
+/// Dots of a sheet's rows that are painted and compressed, where a film has `film_rows` of them.
+fn sheet_rows_dots(job: &PrintJob, film_rows: usize) -> f64 {
+    let sheet_dots = |sheet: &Sheet| {
+        let mut tops: Vec<usize> = sheet.films.iter().map(|film| film.y_dots).collect();
+        tops.dedup();
+        (tops.len() * (film_rows + MARKED_ROWS) * sheet.width) as f64
+    };
+    job.sheets.iter().map(sheet_dots).sum()
 }
 
 /// What was seen on some films.
@@ -101,67 +114,96 @@ fn worked_dots(job: &PrintJob, formats: Formats) -> f64 {
 struct Look {
     sums: [u64; CHANNELS],
     pixels: u64,
-    compressed: usize,
-    compressed_dots: usize,
+    read_seconds: f64,
+    sampled_dots: usize,
+    halftone_seconds: f64,
+    tiff: Compressed,
+    pdf: Compressed,
+}
+
+/// What compression made of the sampled rows, and in what time.
+#[derive(Default)]
+struct Compressed {
+    bytes: f64,
     seconds: f64,
 }
 
 impl Look {
-    fn read(
-        &mut self,
+    fn at(
         job: &PrintJob,
         film: usize,
         open: OpenFilm<'_>,
         separation: &dyn Separation,
-    ) -> Result<(), PrintError> {
-        let mut rows = open(film)?;
+    ) -> Result<Self, PrintError> {
+        let mut look = Self::default();
+        let mut film_rows = open(film)?;
         let mut deflater = Deflater::new();
+        let sheet = job.alone(film);
+        let rows = SheetRows::new(job, &sheet, separation);
+        let mut layout = rows.layout(film);
+        let width = job.across.dots();
+        let (tiff, (_, pdf)) = (tiff::row_form(width), pdf::row_form(width, separation.top_level()));
         for row in 0..job.request.stack.height_px {
-            let mut samples = rows.next_row()?;
+            let begun = Instant::now();
+            let mut samples = film_rows.next_row()?;
             separation.separate(film, row, &mut samples);
+            look.read_seconds += begun.elapsed().as_secs_f64();
             for pixel in samples.as_chunks::<CHANNELS>().0 {
-                for (sum, sample) in self.sums.iter_mut().zip(pixel) {
+                for (sum, sample) in look.sums.iter_mut().zip(pixel) {
                     *sum += u64::from(*sample);
                 }
             }
-            self.pixels += (samples.len() / CHANNELS) as u64;
+            look.pixels += (samples.len() / CHANNELS) as u64;
             if row % SAMPLED_ROWS == SAMPLED_ROWS / 2 {
                 let begun = Instant::now();
-                self.compress(job, &samples, &mut deflater);
-                self.seconds += begun.elapsed().as_secs_f64();
+                let pixels = job.runs(&samples).into();
+                // Error diffusion begins with too little ink.
+                (1..SETTLING_ROWS).for_each(|_| drop(layout.row(&pixels)));
+                let content = layout.row(&pixels);
+                look.halftone_seconds += begun.elapsed().as_secs_f64() / SETTLING_ROWS as f64;
+                look.tiff.compress(&rows, &content, tiff, &mut deflater);
+                look.pdf.compress(&rows, &content, pdf, &mut deflater);
+                look.sampled_dots += width;
             }
         }
-        Ok(())
+        Ok(look)
     }
 
-    /// Compresses the row of pixels as it will be in a file.
-    fn compress(&mut self, job: &PrintJob, samples: &[u16], deflater: &mut Deflater) {
-        let dots = job.across.dots();
-        let mut bytes = vec![0u8; dots * CHANNELS * 2];
-        let mut last = [0u16; CHANNELS];
-        for (pixel, values) in samples.as_chunks::<CHANNELS>().0.iter().enumerate() {
-            let at = job.across.first_dot(pixel) * CHANNELS * 2;
-            for (channel, value) in values.iter().enumerate() {
-                let difference = value.wrapping_sub(last[channel]).to_ne_bytes();
-                bytes[at + 2 * channel..at + 2 * channel + 2].copy_from_slice(&difference);
-            }
-            last = *values;
+    fn with(self, other: Self) -> Self {
+        let both = |one: Compressed, other: Compressed| Compressed {
+            bytes: one.bytes + other.bytes,
+            seconds: one.seconds + other.seconds,
+        };
+        Self {
+            sums: std::array::from_fn(|channel| self.sums[channel] + other.sums[channel]),
+            pixels: self.pixels + other.pixels,
+            read_seconds: self.read_seconds + other.read_seconds,
+            sampled_dots: self.sampled_dots + other.sampled_dots,
+            halftone_seconds: self.halftone_seconds + other.halftone_seconds,
+            tiff: both(self.tiff, other.tiff),
+            pdf: both(self.pdf, other.pdf),
         }
-        self.compressed += deflater.piece(&bytes).compressed_len();
-        self.compressed_dots += dots;
     }
 
-    fn bytes_per_dot(&self) -> f64 {
-        self.compressed as f64 / self.compressed_dots.max(1) as f64
-    }
-
-    fn seconds_per_dot(&self) -> f64 {
-        self.seconds / self.compressed_dots.max(1) as f64
+    fn dots(&self) -> f64 {
+        self.sampled_dots.max(1) as f64
     }
 
     fn coverage(&self) -> [f64; CHANNELS] {
         let full = self.pixels.max(1) as f64 * f64::from(u16::MAX);
         self.sums.map(|sum| sum as f64 / full)
+    }
+}
+
+impl Compressed {
+    /// Compresses a row of a film as it will be in a file.
+    fn compress(&mut self, rows: &SheetRows<'_>, content: &Content, form: RowForm, deflater: &mut Deflater) {
+        let begun = Instant::now();
+        let (mut dots, mut bytes) = (vec![0u16; form.samples], vec![0u8; form.bytes]);
+        rows.paint_film(content, &mut dots);
+        (form.put)(&dots, &mut bytes);
+        self.bytes += deflater.piece(&bytes).compressed_len() as f64;
+        self.seconds += begun.elapsed().as_secs_f64();
     }
 }
 

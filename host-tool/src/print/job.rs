@@ -14,8 +14,10 @@ use crate::stack::Stack;
 /// How a stack is to be printed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintRequest {
-    /// The films.
+    /// All films.
     pub stack: Stack,
+    /// Those to be printed, 0 on top, each once: all of them, or what is printed anew.
+    pub films: Vec<usize>,
     /// The exhibit's name.
     pub exhibit: String,
     /// BLAKE3 of the volume in hexadecimal digits.
@@ -100,8 +102,10 @@ impl PrintRequest {
     /// As the exhibit's `[print]` says, on sheets laid out by `arrangement`.
     pub fn new(exhibit: &Exhibit, volume_blake3: String, arrangement: Arrangement) -> Self {
         let print = &exhibit.print;
+        let stack = exhibit.film_stack();
         Self {
-            stack: exhibit.film_stack(),
+            films: (0..stack.films).collect(),
+            stack,
             exhibit: exhibit.name.clone(),
             volume_blake3,
             inks: print.inks.clone(),
@@ -125,7 +129,7 @@ impl PrintJob {
         let across = DotAxis::new(stack.width_px, stack.width_mm, resolution.dpi_x)?;
         let down = DotAxis::new(stack.height_px, stack.height_mm(), resolution.dpi_y)?;
         let pieces = Pieces {
-            films: stack.films,
+            films: request.films.len(),
             width_mm: stack.width_mm,
             height_mm: stack.height_mm(),
             marks: request.marks,
@@ -139,7 +143,8 @@ impl PrintJob {
             let width = resolution.x(planned.width_mm);
             let mut drawing = Drawing::new(request.hairline_mm());
             let mut films = Vec::new();
-            for &(film, x, y) in &planned.places {
+            for &(piece, x, y) in &planned.places {
+                let film = request.films[piece];
                 let left = resolution.x(x + border);
                 let mirrored = width.saturating_sub(left + across.dots());
                 let x_dots = if request.mirrored { mirrored } else { left };

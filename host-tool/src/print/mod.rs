@@ -29,5 +29,5 @@ pub use job::{LayoutError, PlacedFilm, PrintJob, PrintRequest, Profiles};
 pub use layout::{Arrangement, PaperTooSmall};
 pub use paper::{PAPERS, Paper, UnknownPaper};
 pub use rows::OpenFilm;
-pub use separation::{AsDesigned, Halftone, Separation};
+pub use separation::{AsDesigned, Dot, Halftone, Run, Separation};
 pub use write::{FORMAT, Formats, PrintError, SheetFile, SheetsFile, TiffForm, check_sheets_place};

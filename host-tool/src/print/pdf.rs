@@ -10,20 +10,20 @@ use std::io::{self, Write};
 use kurbo::PathEl;
 use pdf_writer::types::{OutputIntentSubtype, Predictor};
 use pdf_writer::{Chunk, Content, Filter, Name, Rect, Ref, TextStr};
+use rayon::prelude::*;
 
 use super::dots::INCH_MM;
 use super::drawing::Drawing;
 use super::job::{PrintJob, Sheet};
-use super::rows::OpenFilm;
-use super::separation::Separation;
-use super::strips::{RowForm, Strip, strips};
+use super::rows::{Batch, Content as FilmRow, SheetRows};
+use super::strips::{RowForm, Strip, Strips};
 use super::write::PrintError;
 use crate::deflate::{Deflater, Stream};
 use crate::volume::CHANNELS;
 
 /// PDF's unit, the point, in an inch.
 const INCH_POINTS: f64 = 72.0;
-/// Bytes of dots in one picture: films with more become several pictures, one below the other.
+/// Bytes of dots in the pictures that are at work at once: films with more become several pictures, one below the other.
 const PICTURE_BYTES: usize = 1 << 27;
 
 /// Points of a length in mm.
@@ -137,57 +137,130 @@ impl<W: Write> PdfFile<W> {
     }
 }
 
-/// Writes `sheet`, the one of this index.
-pub(super) fn write<W: Write>(
-    out: W,
-    job: &PrintJob,
+/// A sheet whose rows are still coming.
+pub(super) struct PdfSheet<'a, W> {
+    file: PdfFile<W>,
+    job: &'a PrintJob,
     index: usize,
-    sheet: &Sheet,
-    open: OpenFilm<'_>,
-    separation: &dyn Separation,
-) -> Result<(), PrintError> {
-    let resolution = job.request.resolution;
-    let mut file = PdfFile::begin(out)?;
-    let space = ink_space(&mut file, &job.request.inks)?;
-    let mut pictures = Vec::new();
-    for place in &sheet.films {
-        let mut row = place.y_dots;
-        for (id, rows) in film_pictures(&mut file, job, place.film, space, open, separation)? {
-            pictures.push((id, place.x_dots, row, rows));
-            row += rows;
-        }
+    sheet: &'a Sheet,
+    space: Ref,
+    /// Bits of a sample.
+    bits: u8,
+    films: Vec<FilmStrips>,
+    pictures: Vec<PlacedPicture>,
+}
+
+/// A film's dots that are not in the file yet.
+struct FilmStrips {
+    strips: Strips,
+    /// The sheet's row of dots where the next picture begins.
+    next_row: usize,
+}
+
+/// A picture in the file, in the sheet's dots.
+struct PlacedPicture {
+    id: Ref,
+    left: usize,
+    top: usize,
+    rows: usize,
+}
+
+impl<'a, W: Write> PdfSheet<'a, W> {
+    /// Begins with the sheet of this index, whose dots have levels up to `top_level` where there is a halftone.
+    pub(super) fn begin(
+        out: W,
+        (job, index, sheet): (&'a PrintJob, usize, &'a Sheet),
+        top_level: Option<u8>,
+    ) -> Result<Self, PrintError> {
+        let mut file = PdfFile::begin(out)?;
+        let space = ink_space(&mut file, &job.request.inks)?;
+        let (bits, form) = row_form(job.across.dots(), top_level);
+        let films = sheet.films.iter().map(|place| {
+            let beside = sheet.films.iter().filter(|other| other.y_dots == place.y_dots).count();
+            let most_rows = (PICTURE_BYTES / beside / form.bytes).max(1);
+            FilmStrips { strips: Strips::new(form, most_rows), next_row: place.y_dots }
+        });
+        let films = films.collect();
+        Ok(Self { file, job, index, sheet, space, bits, films, pictures: Vec::new() })
     }
-    let height = sheet.height as f64 / resolution.dpi_y * INCH_POINTS;
-    let mut content = Content::new();
-    for (number, &(_, x, y, rows)) in pictures.iter().enumerate() {
-        let across = |dots: usize| (dots as f64 / resolution.dpi_x * INCH_POINTS) as f32;
-        let down = |dots: usize| dots as f64 / resolution.dpi_y * INCH_POINTS;
-        content.save_state();
-        let (width, bottom) = (across(job.across.dots()), (height - down(y + rows)) as f32);
-        content.transform([width, 0.0, 0.0, down(rows) as f32, across(x), bottom]);
-        content.x_object(Name(picture_name(number).as_bytes()));
-        content.restore_state();
-    }
-    content.set_fill_color_space(pdf_writer::types::ColorSpaceOperand::Named(Name(b"Inks")));
-    draw(&mut content, &sheet.drawing, height);
-    let contents = file.content(content)?;
-    let (page, tree) = (file.reserve(), file.reserve());
-    let (width_mm, height_mm) = sheet.size_mm(resolution);
-    file.object(page, |chunk| {
-        let mut page = chunk.page(page);
-        page.parent(tree).contents(contents);
-        page.media_box(Rect::new(0.0, 0.0, points(width_mm) as f32, points(height_mm) as f32));
-        let mut resources = page.resources();
-        resources.color_spaces().pair(Name(b"Inks"), space);
-        let mut names = resources.x_objects();
-        for (number, picture) in pictures.iter().enumerate() {
-            names.pair(Name(picture_name(number).as_bytes()), picture.0);
+
+    /// Goes on with rows of the sheet.
+    pub(super) fn rows(&mut self, rows: &SheetRows<'_>, batch: &Batch) -> Result<(), PrintError> {
+        let paint = |row: &(FilmRow, usize), dots: &mut [u16]| rows.paint_film(&row.0, dots);
+        let whole = self.films.par_iter_mut().enumerate().map(|(index, film)| {
+            let mut whole = Vec::new();
+            film.strips.push(
+                &batch.film(index),
+                |row| row.1,
+                paint,
+                |strip| {
+                    whole.push(strip);
+                    Ok(())
+                },
+            )?;
+            Ok(whole)
+        });
+        for (index, whole) in whole.collect::<Result<Vec<_>, PrintError>>()?.into_iter().enumerate() {
+            whole.iter().try_for_each(|strip| self.picture(index, strip))?;
         }
-    })?;
-    let title = format!("{}, sheet {} of {}", job.request.exhibit, index + 1, job.sheets.len());
-    let profile = job.request.profiles.as_ref().map(|profiles| profiles.inks.as_slice());
-    file.end(tree, &[page], &title, profile)?;
-    Ok(())
+        Ok(())
+    }
+
+    /// Puts dots of the film of this index on the sheet into the file.
+    fn picture(&mut self, index: usize, strip: &Strip) -> Result<(), PrintError> {
+        let id = picture(&mut self.file, (self.job.across.dots(), self.bits), strip, self.space)?;
+        let top = self.films[index].next_row;
+        self.pictures.push(PlacedPicture { id, left: self.sheet.films[index].x_dots, top, rows: strip.rows });
+        self.films[index].next_row += strip.rows;
+        Ok(())
+    }
+
+    /// Ends the file.
+    pub(super) fn end(mut self) -> Result<W, PrintError> {
+        for index in 0..self.films.len() {
+            let rest = self.films[index].strips.rest();
+            rest.iter().try_for_each(|strip| self.picture(index, strip))?;
+        }
+        let (job, sheet, index) = (self.job, self.sheet, self.index);
+        let contents = self.drawn()?;
+        let mut file = self.file;
+        let (page, tree) = (file.reserve(), file.reserve());
+        let (width_mm, height_mm) = sheet.size_mm(job.request.resolution);
+        file.object(page, |chunk| {
+            let mut page = chunk.page(page);
+            page.parent(tree).contents(contents);
+            page.media_box(Rect::new(0.0, 0.0, points(width_mm) as f32, points(height_mm) as f32));
+            let mut resources = page.resources();
+            resources.color_spaces().pair(Name(b"Inks"), self.space);
+            let mut names = resources.x_objects();
+            for (number, picture) in self.pictures.iter().enumerate() {
+                names.pair(Name(picture_name(number).as_bytes()), picture.id);
+            }
+        })?;
+        let title = format!("{}, sheet {} of {}", job.request.exhibit, index + 1, job.sheets.len());
+        let profile = job.request.profiles.as_ref().map(|profiles| profiles.inks.as_slice());
+        Ok(file.end(tree, &[page], &title, profile)?)
+    }
+
+    /// Puts the pictures in their places and draws what is around them.
+    fn drawn(&mut self) -> io::Result<Ref> {
+        let resolution = self.job.request.resolution;
+        let height = self.sheet.height as f64 / resolution.dpi_y * INCH_POINTS;
+        let mut content = Content::new();
+        for (number, picture) in self.pictures.iter().enumerate() {
+            let across = |dots: usize| (dots as f64 / resolution.dpi_x * INCH_POINTS) as f32;
+            let down = |dots: usize| dots as f64 / resolution.dpi_y * INCH_POINTS;
+            content.save_state();
+            let bottom = (height - down(picture.top + picture.rows)) as f32;
+            let (width, rows) = (across(self.job.across.dots()), down(picture.rows) as f32);
+            content.transform([width, 0.0, 0.0, rows, across(picture.left), bottom]);
+            content.x_object(Name(picture_name(number).as_bytes()));
+            content.restore_state();
+        }
+        content.set_fill_color_space(pdf_writer::types::ColorSpaceOperand::Named(Name(b"Inks")));
+        draw(&mut content, &self.sheet.drawing, height);
+        self.file.content(content)
+    }
 }
 
 fn picture_name(number: usize) -> String {
@@ -212,45 +285,30 @@ fn ink_space<W: Write>(file: &mut PdfFile<W>, names: &[String; 3]) -> io::Result
     Ok(space)
 }
 
-/// Writes the dots of a film as pictures, one below the other, and gives each with its rows.
-fn film_pictures<W: Write>(
-    file: &mut PdfFile<W>,
-    job: &PrintJob,
-    film: usize,
-    space: Ref,
-    open: OpenFilm<'_>,
-    separation: &dyn Separation,
-) -> Result<Vec<(Ref, usize)>, PrintError> {
-    let sheet = job.alone(film);
-    let samples = sheet.width * CHANNELS;
-    let (bits, form) = match separation.is_binary() {
-        true => (1, RowForm { bytes: samples.div_ceil(8), put: single_bits }),
-        false => (16, RowForm { bytes: 1 + 2 * samples, put: differences }),
-    };
-    let most_rows = (PICTURE_BYTES / form.bytes).max(1);
-    let mut pictures = Vec::new();
-    strips((job, &sheet), open, separation, form, most_rows, &mut |strip| {
-        pictures.push((picture(file, (sheet.width, bits), &strip, space)?, strip.rows));
-        Ok(())
-    })?;
-    Ok(pictures)
+/// Bits of a sample, and rows of `width` dots before compression.
+pub(super) fn row_form(width: usize, top_level: Option<u8>) -> (u8, RowForm) {
+    let samples = width * CHANNELS;
+    match top_level {
+        Some(1) => (1, RowForm { samples, bytes: samples.div_ceil(8), put: single_bits }),
+        _ => (16, RowForm { samples, bytes: 1 + 2 * samples, put: differences }),
+    }
 }
 
 fn picture<W: Write>(
     file: &mut PdfFile<W>,
-    (width, bits): (usize, i32),
+    (width, bits): (usize, u8),
     strip: &Strip,
     space: Ref,
 ) -> io::Result<Ref> {
     let id = file.reserve();
     file.object(id, |chunk| {
         let mut picture = chunk.image_xobject(id, &strip.bytes);
-        picture.width(width as i32).height(strip.rows as i32).bits_per_component(bits);
+        picture.width(width as i32).height(strip.rows as i32).bits_per_component(bits.into());
         picture.pair(Name(b"ColorSpace"), space);
         picture.filter(Filter::FlateDecode);
         if bits > 1 {
             let mut how = picture.decode_parms();
-            how.predictor(Predictor::PngSub).colors(CHANNELS as i32).bits_per_component(bits);
+            how.predictor(Predictor::PngSub).colors(CHANNELS as i32).bits_per_component(bits.into());
             how.columns(width as i32);
         }
     })?;

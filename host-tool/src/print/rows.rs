@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::job::{PlacedFilm, PrintJob, Sheet};
 use super::raster::{Raster, Span};
-use super::separation::{Halftone, Separation};
+use super::separation::{Dot, Halftone, Run, Separation};
 use crate::build_folder::{FilmRows, OpenError};
 use crate::volume::CHANNELS;
 
@@ -15,6 +15,14 @@ pub type OpenFilm<'a> = &'a (dyn Fn(usize) -> Result<FilmRows, OpenError> + Sync
 
 /// Bytes of dots that are worked on at once.
 const BATCH_BYTES: usize = 1 << 25;
+
+/// Rows of a sheet that follow each other.
+pub(super) struct Batch {
+    /// What the sheet's films show in each row, in the films' order.
+    films: Vec<Vec<Option<Content>>>,
+    /// What is drawn around them in each row.
+    spans: Vec<Vec<Span>>,
+}
 
 /// Rows of dots that are all the same.
 #[derive(Clone, Debug)]
@@ -26,29 +34,30 @@ pub(super) struct DotRows {
     pub(super) repeat: usize,
 }
 
-/// What a film shows in a row of dots: interleaved ink.
+/// What a film shows in a row of dots.
 #[derive(Clone, Debug)]
-enum Content {
-    /// Pixels, to be spread over their dots.
-    Pixels(Arc<[u16]>),
-    /// Dots as they are.
-    Dots(Arc<[u16]>),
+pub(super) enum Content {
+    /// Pixels, each to be spread over its dots, left to right.
+    Pixels(Arc<[Run]>),
+    /// Dots of a halftone.
+    Dots(Arc<[Dot]>),
 }
 
 /// The rows of dots of one sheet.
 pub(super) struct SheetRows<'a> {
     job: &'a PrintJob,
     sheet: &'a Sheet,
+    separation: &'a dyn Separation,
     raster: Raster,
-    /// Of each pixel column and of the end: the first dot.
-    starts: Vec<usize>,
+    /// Samples by dots, where there is a halftone.
+    samples: Vec<[u16; CHANNELS]>,
 }
 
 impl<'a> SheetRows<'a> {
-    pub(super) fn new(job: &'a PrintJob, sheet: &'a Sheet) -> Self {
+    pub(super) fn new(job: &'a PrintJob, sheet: &'a Sheet, separation: &'a dyn Separation) -> Self {
         let raster = Raster::new(&sheet.drawing, job.request.resolution, sheet.width);
-        let starts = (0..=job.request.stack.width_px).map(|pixel| job.across.first_dot(pixel)).collect();
-        Self { job, sheet, raster, starts }
+        let samples = separation.top_level().map(Dot::samples).unwrap_or_default();
+        Self { job, sheet, separation, raster, samples }
     }
 
     /// Gives all rows to `take`, from the top, some at once.
@@ -58,31 +67,42 @@ impl<'a> SheetRows<'a> {
     pub(super) fn each<E: From<OpenError> + Send>(
         &self,
         open: OpenFilm<'_>,
-        separation: &dyn Separation,
-        take: &mut dyn FnMut(&[DotRows]) -> Result<(), E>,
+        take: &mut dyn FnMut(&Batch) -> Result<(), E>,
     ) -> Result<(), E> {
         let batch = (BATCH_BYTES / (self.sheet.width * CHANNELS * 2).max(1)).clamp(1, 4096);
         let mut feeders: Vec<Feeder<'_>> =
-            self.sheet.films.iter().map(|&place| Feeder::new(self, place, open, separation)).collect();
+            self.sheet.films.iter().map(|&place| Feeder::new(self, place, open)).collect();
         for first in (0..self.sheet.height).step_by(batch) {
             let rows = first..(first + batch).min(self.sheet.height);
-            let shown: Vec<Vec<Option<Content>>> = feeders
+            let films = feeders
                 .par_iter_mut()
                 .map(|feeder| rows.clone().map(|row| feeder.row(row)).collect())
                 .collect::<Result<_, OpenError>>()?;
-            let mut distinct: Vec<DotRows> = Vec::new();
-            for (index, row) in rows.enumerate() {
-                let films = self.sheet.films.iter().zip(&shown);
-                let films = films.filter_map(|(place, rows)| Some((place.x_dots, rows[index].clone()?)));
-                let next = DotRows { films: films.collect(), spans: self.raster.row(row), repeat: 1 };
-                match distinct.last_mut().filter(|last| last.shows_as(&next)) {
-                    Some(last) => last.repeat += 1,
-                    None => distinct.push(next),
-                }
-            }
-            take(&distinct)?;
+            let spans = rows.map(|row| self.raster.row(row)).collect();
+            take(&Batch { films, spans })?;
         }
         Ok(())
+    }
+
+    /// What lays out film `film`, 0 on top.
+    pub(super) fn layout(&self, film: usize) -> FilmLayout {
+        let width = self.job.across.dots();
+        FilmLayout { halftone: self.separation.halftone(film, width), width }
+    }
+
+    /// The batch's rows of the whole sheet.
+    pub(super) fn distinct(&self, batch: &Batch) -> Vec<DotRows> {
+        let mut distinct: Vec<DotRows> = Vec::new();
+        for (index, spans) in batch.spans.iter().enumerate() {
+            let films = self.sheet.films.iter().zip(&batch.films);
+            let films = films.filter_map(|(place, rows)| Some((place.x_dots, rows[index].clone()?)));
+            let next = DotRows { films: films.collect(), spans: spans.clone(), repeat: 1 };
+            match distinct.last_mut().filter(|last| last.shows_as(&next)) {
+                Some(last) => last.repeat += 1,
+                None => distinct.push(next),
+            }
+        }
+        distinct
     }
 
     /// Paints rows into `dots`, the interleaved ink of the sheet's width.
@@ -90,42 +110,59 @@ impl<'a> SheetRows<'a> {
         dots.fill(0);
         for (left, content) in &rows.films {
             let place = &mut dots[left * CHANNELS..(left + self.job.across.dots()) * CHANNELS];
-            match content {
-                Content::Dots(shown) => place.copy_from_slice(shown),
-                Content::Pixels(pixels) => self.spread(pixels, place),
-            }
+            self.paint_film(content, place);
         }
         for span in &rows.spans {
-            fill(&mut dots[span.start * CHANNELS..span.end * CHANNELS], span.ink);
+            dots.as_chunks_mut::<CHANNELS>().0[span.start..span.end].fill(span.ink);
         }
     }
 
-    /// Spreads pixels over their dots; a mirrored film begins with its last.
-    fn spread(&self, pixels: &[u16], dots: &mut [u16]) {
-        let count = self.job.across.dots();
-        for (pixel, ends) in pixels.as_chunks::<CHANNELS>().0.iter().zip(self.starts.windows(2)) {
-            let (start, end) = match self.job.request.mirrored {
-                true => (count - ends[1], count - ends[0]),
-                false => (ends[0], ends[1]),
-            };
-            fill(&mut dots[start * CHANNELS..end * CHANNELS], *pixel);
+    /// Paints what a film shows into `dots`, the interleaved ink of the film's width.
+    pub(super) fn paint_film(&self, content: &Content, dots: &mut [u16]) {
+        let (dots, _) = dots.as_chunks_mut::<CHANNELS>();
+        match content {
+            Content::Dots(shown) => {
+                dots.iter_mut().zip(shown.iter()).for_each(|(dot, shown)| *dot = shown.sample(&self.samples));
+            }
+            Content::Pixels(runs) => {
+                let mut start = 0;
+                for run in runs.iter() {
+                    dots[start..run.end].fill(run.amounts);
+                    start = run.end;
+                }
+            }
         }
     }
 }
 
-fn fill(dots: &mut [u16], ink: [u16; CHANNELS]) {
-    dots.as_chunks_mut::<CHANNELS>().0.fill(ink);
+impl Batch {
+    /// What the film of this index on the sheet shows, each with the number of its rows.
+    pub(super) fn film(&self, index: usize) -> Vec<(Content, usize)> {
+        let mut distinct: Vec<(Content, usize)> = Vec::new();
+        for content in self.films[index].iter().flatten() {
+            match distinct.last_mut().filter(|last| last.0.is(content)) {
+                Some(last) => last.1 += 1,
+                None => distinct.push((content.clone(), 1)),
+            }
+        }
+        distinct
+    }
+}
+
+impl Content {
+    /// Whether both are the same row of pixels: rows of dots are new each time.
+    fn is(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Pixels(one), Self::Pixels(other)) => Arc::ptr_eq(one, other),
+            _ => false,
+        }
+    }
 }
 
 impl DotRows {
-    /// Whether both show the same: the same rows of pixels, for rows of dots are new each time.
     fn shows_as(&self, other: &Self) -> bool {
-        let same = |(one, other): (&(usize, Content), &(usize, Content))| match (&one.1, &other.1) {
-            (Content::Pixels(a), Content::Pixels(b)) => one.0 == other.0 && Arc::ptr_eq(a, b),
-            _ => false,
-        };
         self.films.len() == other.films.len()
-            && self.films.iter().zip(&other.films).all(same)
+            && self.films.iter().zip(&other.films).all(|(one, other)| one.0 == other.0 && one.1.is(&other.1))
             && self.spans == other.spans
     }
 }
@@ -135,23 +172,17 @@ struct Feeder<'a> {
     rows: &'a SheetRows<'a>,
     place: PlacedFilm,
     open: OpenFilm<'a>,
-    separation: &'a dyn Separation,
     film: Option<FilmRows>,
     /// Pixel rows that were read.
     read: usize,
-    pixels: Arc<[u16]>,
-    halftone: Option<Box<dyn Halftone>>,
+    pixels: Arc<[Run]>,
+    layout: FilmLayout,
 }
 
 impl<'a> Feeder<'a> {
-    fn new(
-        rows: &'a SheetRows<'a>,
-        place: PlacedFilm,
-        open: OpenFilm<'a>,
-        separation: &'a dyn Separation,
-    ) -> Self {
-        let halftone = separation.halftone(place.film - 1);
-        Self { rows, place, open, separation, film: None, read: 0, pixels: Arc::new([]), halftone }
+    fn new(rows: &'a SheetRows<'a>, place: PlacedFilm, open: OpenFilm<'a>) -> Self {
+        let layout = rows.layout(place.film - 1);
+        Self { rows, place, open, film: None, read: 0, pixels: Arc::new([]), layout }
     }
 
     /// What the film shows in row `row` of the sheet; rows are asked for from the top.
@@ -168,18 +199,48 @@ impl<'a> Feeder<'a> {
                 None => self.film.insert((self.open)(self.place.film - 1)?),
             };
             let mut samples = film.next_row()?;
-            self.separation.separate(self.place.film - 1, self.read, &mut samples);
-            self.pixels = samples.into();
+            self.rows.separation.separate(self.place.film - 1, self.read, &mut samples);
+            self.pixels = job.runs(&samples).into();
             self.read += 1;
         }
-        Ok(Some(match &mut self.halftone {
-            None => Content::Pixels(self.pixels.clone()),
+        Ok(Some(self.layout.row(&self.pixels)))
+    }
+}
+
+/// Lays out one film's rows of dots, from the top.
+pub(super) struct FilmLayout {
+    halftone: Option<Box<dyn Halftone>>,
+    width: usize,
+}
+
+impl FilmLayout {
+    /// The next row of dots, which shows `pixels`.
+    pub(super) fn row(&mut self, pixels: &Arc<[Run]>) -> Content {
+        match &mut self.halftone {
+            None => Content::Pixels(pixels.clone()),
             Some(halftone) => {
-                let mut dots = vec![0; job.across.dots() * CHANNELS];
-                self.rows.spread(&self.pixels, &mut dots);
-                halftone.row(&mut dots);
+                let mut dots = vec![Dot::NONE; self.width];
+                halftone.row(pixels, &mut dots);
                 Content::Dots(dots.into())
             }
-        }))
+        }
+    }
+}
+
+impl PrintJob {
+    /// Where the pixels of a row lie, left to right: a mirrored film begins with its last.
+    pub(super) fn runs(&self, samples: &[u16]) -> Vec<Run> {
+        let (pixels, _) = samples.as_chunks::<CHANNELS>();
+        let dots = self.across.dots();
+        match self.request.mirrored {
+            false => {
+                let run = |(pixel, &amounts)| Run { end: self.across.first_dot(pixel + 1), amounts };
+                pixels.iter().enumerate().map(run).collect()
+            }
+            true => {
+                let run = |(pixel, &amounts)| Run { end: dots - self.across.first_dot(pixel), amounts };
+                pixels.iter().enumerate().rev().map(run).collect()
+            }
+        }
     }
 }

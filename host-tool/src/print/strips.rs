@@ -1,17 +1,15 @@
-//! A sheet's rows of dots, compressed into strips.
+//! Rows of dots, compressed into strips as they come.
 
 use rayon::prelude::*;
 
-use super::job::{PrintJob, Sheet};
-use super::rows::{OpenFilm, SheetRows};
-use super::separation::Separation;
 use super::write::PrintError;
 use crate::deflate::{Deflater, Piece, Stream};
-use crate::volume::CHANNELS;
 
 /// How a kind of file has its rows.
 #[derive(Clone, Copy)]
 pub(super) struct RowForm {
+    /// Samples of a row.
+    pub(super) samples: usize,
     /// Bytes of a row.
     pub(super) bytes: usize,
     /// Puts a row of dots into its bytes before compression.
@@ -24,46 +22,61 @@ pub(super) struct Strip {
     pub(super) bytes: Vec<u8>,
 }
 
-/// Gives all rows of `sheet` to `take`, from the top, `most_rows` in a strip but for the last. A row that is there
-/// several times is compressed once.
-///
-/// # Errors
-/// Fails when a film cannot be read, and when `take` does.
-pub(super) fn strips(
-    (job, sheet): (&PrintJob, &Sheet),
-    open: OpenFilm<'_>,
-    separation: &dyn Separation,
+/// Rows that become strips.
+pub(super) struct Strips {
     form: RowForm,
     most_rows: usize,
-    take: &mut dyn FnMut(Strip) -> Result<(), PrintError>,
-) -> Result<(), PrintError> {
-    let rows = SheetRows::new(job, sheet);
-    let samples = sheet.width * CHANNELS;
-    let (mut stream, mut held) = (Stream::new(), 0);
-    rows.each(open, separation, &mut |batch| {
-        let workspace = || (Deflater::new(), vec![0u16; samples], vec![0u8; form.bytes]);
-        let pieces: Vec<Piece> = batch
+    stream: Stream,
+    held: usize,
+}
+
+impl Strips {
+    /// Begins; a strip has `most_rows` rows, but for the last.
+    pub(super) fn new(form: RowForm, most_rows: usize) -> Self {
+        Self { form, most_rows, stream: Stream::new(), held: 0 }
+    }
+
+    /// Goes on with `rows`, each of which `paint` paints and is there `repeat` times. A row that is there several times is
+    /// compressed once. What is whole goes to `take`.
+    ///
+    /// # Errors
+    /// Fails when `take` does.
+    pub(super) fn push<R: Sync>(
+        &mut self,
+        rows: &[R],
+        repeat: impl Fn(&R) -> usize,
+        paint: impl Fn(&R, &mut [u16]) + Sync,
+        mut take: impl FnMut(Strip) -> Result<(), PrintError>,
+    ) -> Result<(), PrintError> {
+        let form = self.form;
+        let workspace = || (Deflater::new(), vec![0u16; form.samples], vec![0u8; form.bytes]);
+        let pieces: Vec<Piece> = rows
             .par_iter()
             .map_init(workspace, |(deflater, dots, bytes), row| {
-                rows.paint(row, dots);
+                paint(row, dots);
                 (form.put)(dots, bytes);
                 deflater.piece(bytes)
             })
             .collect();
-        for (piece, row) in pieces.iter().zip(batch) {
-            for _ in 0..row.repeat {
-                stream.push(piece);
-                held += 1;
-                if held == most_rows {
-                    let bytes = std::mem::replace(&mut stream, Stream::new()).finish();
-                    take(Strip { rows: std::mem::take(&mut held), bytes })?;
+        for (piece, row) in pieces.iter().zip(rows) {
+            for _ in 0..repeat(row) {
+                self.stream.push(piece);
+                self.held += 1;
+                if self.held == self.most_rows {
+                    take(self.strip())?;
                 }
             }
         }
-        Ok::<(), PrintError>(())
-    })?;
-    match held {
-        0 => Ok(()),
-        rows => take(Strip { rows, bytes: stream.finish() }),
+        Ok(())
+    }
+
+    /// What is left, if anything is.
+    pub(super) fn rest(&mut self) -> Option<Strip> {
+        (self.held > 0).then(|| self.strip())
+    }
+
+    fn strip(&mut self) -> Strip {
+        let bytes = std::mem::replace(&mut self.stream, Stream::new()).finish();
+        Strip { rows: std::mem::take(&mut self.held), bytes }
     }
 }

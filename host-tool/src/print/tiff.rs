@@ -11,9 +11,8 @@ use tiff::encoder::{DirectoryEncoder, Rational, TiffEncoder, TiffKind, TiffKindB
 use tiff::tags::Tag;
 
 use super::job::{PrintJob, Sheet};
-use super::rows::OpenFilm;
-use super::separation::Separation;
-use super::strips::{RowForm, strips};
+use super::rows::{Batch, DotRows, SheetRows};
+use super::strips::{RowForm, Strip, Strips};
 use super::write::{PrintError, TiffForm};
 use crate::volume::CHANNELS;
 
@@ -23,44 +22,58 @@ const STRIP_BYTES: usize = 1 << 22;
 /// Files that may become larger than this are BigTIFF.
 const CLASSIC_BYTES: u64 = 1 << 31;
 
-/// Writes `sheet`, the one of this index.
+/// Takes rows of a sheet.
+pub(super) type TakeRows<'a> = &'a mut dyn FnMut(&Batch) -> Result<(), PrintError>;
+
+/// Writes `sheet`, the one of this index; `each` gives all of its `rows`.
 pub(super) fn write<W: Write + Seek>(
     out: W,
-    (job, index, sheet): (&PrintJob, usize, &Sheet),
+    place: (&PrintJob, usize, &Sheet),
     form: TiffForm,
-    open: OpenFilm<'_>,
-    separation: &dyn Separation,
+    rows: &SheetRows<'_>,
+    halftoned: bool,
+    each: impl FnOnce(TakeRows<'_>) -> Result<(), PrintError>,
 ) -> Result<(), PrintError> {
-    // A pixel's dots take at most six bytes and the reference that repeats them.
-    let pixels = sheet.films.len() as u64 * job.request.stack.width_px as u64 * job.down.dots() as u64;
-    let halftoned = separation.halftone(0).is_some();
-    let most = if halftoned { sheet.width as u64 * sheet.height as u64 * 6 } else { pixels * 9 };
+    let (job, _, sheet) = place;
+    // A pixel's dots take at most six bytes and the reference that repeats them; a halftone's are all different.
+    let film_rows = sheet.films.len() as u64 * job.down.dots() as u64;
+    let (pixels, dots) = (job.request.stack.width_px as u64, job.across.dots() as u64);
+    let most = film_rows * if halftoned { dots * 6 } else { pixels * 9 };
     if form == TiffForm::Big || most > CLASSIC_BYTES {
         let encoder = TiffEncoder::new_generic(out).map_err(PrintError::Tiff)?;
-        write_kind::<W, TiffKindBig>(encoder, job, index, sheet, open, separation)
+        write_kind::<W, TiffKindBig>(encoder, place, rows, each)
     } else {
         let encoder = TiffEncoder::new_generic(out).map_err(PrintError::Tiff)?;
-        write_kind::<W, TiffKindStandard>(encoder, job, index, sheet, open, separation)
+        write_kind::<W, TiffKindStandard>(encoder, place, rows, each)
     }
 }
 
 fn write_kind<W: Write + Seek, K: TiffKind>(
     mut encoder: TiffEncoder<W, K>,
-    job: &PrintJob,
-    index: usize,
-    sheet: &Sheet,
-    open: OpenFilm<'_>,
-    separation: &dyn Separation,
+    (job, index, sheet): (&PrintJob, usize, &Sheet),
+    rows: &SheetRows<'_>,
+    each: impl FnOnce(TakeRows<'_>) -> Result<(), PrintError>,
 ) -> Result<(), PrintError> {
     let mut directory = encoder.image_directory().map_err(PrintError::Tiff)?;
     let (mut offsets, mut lengths) = (Vec::new(), Vec::new());
-    let form = RowForm { bytes: 2 * sheet.width * CHANNELS, put: differences };
-    strips((job, sheet), open, separation, form, rows_per_strip(sheet), &mut |strip| {
+    let mut take = |strip: Strip| {
         lengths.push(strip.bytes.len() as u64);
         offsets.push(directory.write_data(strip.bytes.as_slice()).map_err(PrintError::Tiff)?);
         Ok(())
+    };
+    let mut strips = Strips::new(row_form(sheet.width), rows_per_strip(sheet));
+    each(&mut |batch| {
+        let paint = |row: &DotRows, dots: &mut [u16]| rows.paint(row, dots);
+        strips.push(&rows.distinct(batch), |row| row.repeat, paint, &mut take)
     })?;
+    strips.rest().map_or(Ok(()), &mut take)?;
     describe(&mut directory, job, index, sheet, &offsets, &lengths).map_err(PrintError::Tiff)
+}
+
+/// Rows of `width` dots before compression.
+pub(super) fn row_form(width: usize) -> RowForm {
+    let samples = width * CHANNELS;
+    RowForm { samples, bytes: 2 * samples, put: differences }
 }
 
 /// The differences of each white-less-ink sample to the one of the dot to its left, as TIFF's predictor 2 has them.

@@ -8,11 +8,13 @@ use miette::Diagnostic;
 use serde::Serialize;
 use thiserror::Error;
 
-use super::job::{LayoutError, PlacedFilm, PrintJob};
-use super::rows::OpenFilm;
+use super::job::{LayoutError, PlacedFilm, PrintJob, Sheet};
+use super::pdf::PdfSheet;
+use super::rows::{OpenFilm, SheetRows};
 use super::separation::Separation;
-use super::{assembly, pdf, tiff};
-use crate::build_folder::{OpenError, WholeFolder};
+use super::tiff::TakeRows;
+use super::{assembly, tiff};
+use crate::build_folder::{OpenError, WholeFolder, try_beside};
 
 /// The files that are written for each sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -177,28 +179,8 @@ impl PrintJob {
         };
         tell(0);
         for (index, sheet) in self.sheets.iter().enumerate() {
-            if let Some(form) = formats.tiff {
-                let name = sheet_name(index, "tif");
-                let file = folder.create(&name).map_err(PrintError::Output);
-                file.and_then(|file| {
-                    let mut out = BufWriter::new(file);
-                    tiff::write(&mut out, (self, index, sheet), form, open, separation)?;
-                    Ok(finish(out)?)
-                })
-                .map_err(at(place.join(&name)))?;
-                tell(1);
-            }
-            if formats.pdf {
-                let name = sheet_name(index, "pdf");
-                let file = folder.create(&name).map_err(PrintError::Output);
-                file.and_then(|file| {
-                    let mut out = BufWriter::new(file);
-                    pdf::write(&mut out, self, index, sheet, open, separation)?;
-                    Ok(finish(out)?)
-                })
-                .map_err(at(place.join(&name)))?;
-                tell(1);
-            }
+            self.write_sheet(&folder, place, (index, sheet), formats, open, separation)?;
+            tell(description.sheets[index].files.len());
         }
         let assembly = assembly::sheet(self, open)?;
         let described = serde_json::to_vec_pretty(&description).map_err(io::Error::other)?;
@@ -211,6 +193,47 @@ impl PrintJob {
         check_sheets_place(place)?;
         folder.commit().map_err(PrintError::Output).map_err(at(place.to_owned()))?;
         Ok(description)
+    }
+
+    /// Writes the files of one sheet side by side: its films are read, separated and laid out once for both.
+    fn write_sheet(
+        &self,
+        folder: &WholeFolder,
+        place: &Path,
+        (index, sheet): (usize, &Sheet),
+        formats: Formats,
+        open: OpenFilm<'_>,
+        separation: &dyn Separation,
+    ) -> Result<(), PrintError> {
+        let names = ["tif", "pdf"].map(|ending| sheet_name(index, ending));
+        let [tiff_at, pdf_at] = names.each_ref().map(|name| {
+            let path = place.join(name);
+            move |error| placed(error, path.clone())
+        });
+        let [tiff_name, pdf_name] = names;
+        let begin = |name: &str| Ok(BufWriter::new(folder.create(name)?));
+        let top_level = separation.top_level();
+        let begin_pdf = || PdfSheet::begin(begin(&pdf_name)?, (self, index, sheet), top_level);
+        let mut pdf = formats.pdf.then(begin_pdf).transpose().map_err(&pdf_at)?;
+        let rows = SheetRows::new(self, sheet, separation);
+        let mut each = |take: TakeRows<'_>| {
+            rows.each(open, &mut |batch| {
+                if let Some(pdf) = &mut pdf {
+                    pdf.rows(&rows, batch).map_err(&pdf_at)?;
+                }
+                take(batch)
+            })
+        };
+        match formats.tiff {
+            None => each(&mut |_| Ok(()))?,
+            Some(form) => begin(&tiff_name)
+                .and_then(|mut out| {
+                    tiff::write(&mut out, (self, index, sheet), form, &rows, top_level.is_some(), each)?;
+                    Ok(finish(out)?)
+                })
+                .map_err(&tiff_at)?,
+        }
+        pdf.map_or(Ok(()), |pdf| Ok(finish(pdf.end()?)?)).map_err(&pdf_at)
     }
 }
 
@@ -237,14 +260,17 @@ fn sheet_name(index: usize, ending: &str) -> String {
 /// Looks whether sheets may be put at `place`: where nothing is, an empty folder, or other sheets.
 ///
 /// # Errors
-/// Fails when anything else is there.
+/// Fails when anything else is there, and where nothing can be written.
 pub fn check_sheets_place(place: &Path) -> Result<(), PrintError> {
-    if place.symlink_metadata().is_err() {
-        return Ok(());
+    if place.symlink_metadata().is_ok() {
+        let empty = std::fs::read_dir(place).is_ok_and(|mut entries| entries.next().is_none());
+        let described = std::fs::read_to_string(place.join("sheets.json")).ok();
+        let described = described.and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok());
+        let is_sheets =
+            described.is_some_and(|value| value.get("format").is_some_and(|format| format == FORMAT));
+        if !(empty || is_sheets) {
+            return Err(PrintError::NotSheets(place.to_owned()));
+        }
     }
-    let empty = std::fs::read_dir(place).is_ok_and(|mut entries| entries.next().is_none());
-    let described = std::fs::read_to_string(place.join("sheets.json")).ok();
-    let described = described.and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok());
-    let sheets = described.is_some_and(|value| value.get("format").is_some_and(|format| format == FORMAT));
-    if empty || sheets { Ok(()) } else { Err(PrintError::NotSheets(place.to_owned())) }
+    try_beside(place).map_err(|source| PrintError::Write { path: place.to_owned(), source })
 }

@@ -104,3 +104,48 @@ fn only_sheets_are_replaced_and_a_damaged_film_leaves_the_old_ones() {
     assert_eq!(std::fs::read(workshop.path("sheets/sheet-01.tif")).unwrap(), sheet);
     assert_eq!(workshop.names(), before);
 }
+
+#[test]
+fn a_place_where_nothing_can_be_written_is_refused_before_the_work() {
+    let workshop = Workshop::built();
+    workshop.write("file", "no folder");
+    for place in ["file/sheets", "file/deep/sheets"] {
+        let finished = workshop.run(&["print", "build", "-o", place]);
+        assert_eq!(finished.code, Some(1), "{}", finished.stderr);
+        assert!(finished.stderr.contains("vitrine::print::write"), "{}", finished.stderr);
+        assert!(finished.stderr.contains("permissions"), "{}", finished.stderr);
+        assert!(!finished.stderr.contains("waste"), "worked before it was refused: {}", finished.stderr);
+    }
+}
+
+#[test]
+fn what_a_halftone_takes_is_said_beforehand() {
+    let workshop = Workshop::built();
+    for way in ["blue-noise", "error-diffusion"] {
+        let arguments = ["print", "build", "-o", "sheets", "--dpi", "720x360", "--json", "--halftone", way];
+        let told: Value = serde_json::from_str(&workshop.succeed(&arguments)).unwrap();
+        let written: u64 = ["sheet-01.pdf", "sheet-01.tif"]
+            .map(|name| workshop.path(&format!("sheets/{name}")).metadata().unwrap().len())
+            .iter()
+            .sum();
+        let ratio = told["estimate"]["bytes"].as_f64().unwrap() / written as f64;
+        assert!((0.7..1.3).contains(&ratio), "{way}: {ratio}");
+    }
+}
+
+#[test]
+fn spoilt_films_are_printed_anew() {
+    let workshop = Workshop::built();
+    let told: Value =
+        serde_json::from_str(&print(&workshop, &["--films", "7,3,7", "--json"]).stdout).unwrap();
+    let films = told["sheets"][0]["films"].as_array().unwrap();
+    let numbers: Vec<&Value> = films.iter().map(|film| &film["film"]).collect();
+    assert_eq!((numbers, told["sheets"].as_array().unwrap().len()), (vec![&3.into(), &7.into()], 1));
+    assert_eq!(told["estimate"]["films_read"], 2);
+    for wrong in ["0", "9"] {
+        let finished = print(&workshop, &["--films", wrong]);
+        assert_eq!(finished.code, Some(1), "{}", finished.stderr);
+        assert!(finished.stderr.contains("vitrine::print::no_film"), "{}", finished.stderr);
+        assert!(finished.stderr.contains("films 1 to 8"), "{}", finished.stderr);
+    }
+}

@@ -4,19 +4,22 @@ use proptest::prelude::*;
 
 const BOTH: [Halftone; 2] = [Halftone::BlueNoise, Halftone::ErrorDiffusion];
 
+/// The only pixel of a row of `width` dots.
+fn pixel(width: usize, coverages: [f32; 3]) -> [Run; 1] {
+    [Run { end: width, amounts: coverages.map(|coverage| (coverage * 65_535.0).round() as u16) }]
+}
+
 /// Lays an area of equal coverages out: levels of each ink, row by row.
 fn area(screens: &Screens, film: usize, width: usize, rows: usize, coverages: [f32; 3]) -> [Vec<u8>; 3] {
     let mut screen = screens.film(film, width);
-    let given = coverages.map(|coverage| vec![coverage; width]);
     let mut planes = [0, 1, 2].map(|_| vec![0; width * rows]);
+    let mut dots = vec![Dot::NONE; width];
     for row in 0..rows {
-        let [red, green, blue] = &mut planes;
-        let place = row * width..(row + 1) * width;
-        screen.row(
-            row,
-            [&given[0], &given[1], &given[2]],
-            [&mut red[place.clone()], &mut green[place.clone()], &mut blue[place]],
-        );
+        screen.row(row, &pixel(width, coverages), &mut dots);
+        for (column, dot) in dots.iter().enumerate() {
+            let (ink, level) = dot.ink();
+            planes[ink][row * width + column] = level;
+        }
     }
     planes
 }
@@ -116,12 +119,36 @@ fn films_do_not_swim_against_each_other() {
 fn rows_of_blue_noise_are_the_same_in_any_order() {
     let screens = Screens::new(Halftone::BlueNoise, 2, 4.0);
     let whole = area(&screens, 5, 100, 70, [0.2, 0.3, 0.1]);
-    let given = [[0.2; 100], [0.3; 100], [0.1; 100]];
-    let mut row = [[0; 100]; 3];
-    let [red, green, blue] = &mut row;
-    screens.film(5, 100).row(69, [&given[0], &given[1], &given[2]], [red, green, blue]);
-    for (plane, row) in whole.iter().zip(&row) {
-        assert_eq!(&plane[69 * 100..], row);
+    let mut dots = [Dot::NONE; 100];
+    screens.film(5, 100).row(69, &pixel(100, [0.2, 0.3, 0.1]), &mut dots);
+    for (column, dot) in dots.iter().enumerate() {
+        let (ink, level) = dot.ink();
+        let own = [0, 1, 2].map(|plane| if plane == ink { level } else { 0 });
+        assert_eq!([0, 1, 2].map(|plane: usize| whole[plane][69 * 100 + column]), own);
+    }
+}
+
+#[test]
+fn pixels_of_a_row_are_laid_out_each_by_its_own_amounts() {
+    let runs = [[0.5, 0.0, 0.0], [0.0; 3], [0.0, 0.0, 0.9], [0.0, 1.0, 0.0]];
+    let ends = [90, 100, 260, 261];
+    let runs: Vec<Run> = runs.iter().zip(ends).map(|(&coverages, end)| pixel(end, coverages)[0]).collect();
+    for halftone in BOTH {
+        let mut screen = Screens::new(halftone, 2, 1.0).film(2, 261);
+        let mut sums = [0_usize; 4];
+        for row in 0..64 {
+            let mut dots = [Dot::new(0, 1); 261];
+            screen.row(row, &runs, &mut dots);
+            for (column, (ink, level)) in dots.map(Dot::ink).into_iter().enumerate() {
+                let pixel = ends.iter().position(|&end| column < end).unwrap();
+                assert!(level == 0 || halftone == Halftone::ErrorDiffusion || [0, 3, 2, 1][pixel] == ink);
+                sums[pixel] += usize::from(level);
+            }
+        }
+        for (sum, wanted) in sums.into_iter().zip([0.5 * 90.0, 0.0, 0.9 * 160.0, 1.0]) {
+            let mean = sum as f64 / 64.0;
+            assert!((mean - wanted).abs() < 1.0, "{halftone:?}: {mean} dots a row for {wanted}");
+        }
     }
 }
 
