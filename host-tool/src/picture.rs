@@ -1,24 +1,27 @@
 //! Pictures: planar RGB in 0..=1, read from and written to files.
 
 mod colour;
+mod decode;
 mod fitted;
 mod jpeg;
 mod srgb;
 
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageReader};
+use image::{DynamicImage, ImageEncoder};
 use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::simd::vectorised;
 use crate::volume::CHANNELS;
 
+use decode::{Fault, MOST_PIXELS, decode, open};
 pub use fitted::Fitted;
 pub(crate) use srgb::{STEEPEST, srgb_encode_with_slope};
 pub use srgb::{srgb_decode, srgb_encode};
 
+/// A picture that is to be resized is first averaged to no less than so many times the pixels in either direction.
+const SPARE: u32 = 4;
 /// Values that one task of the thread pool converts.
 const VALUES_AT_ONCE: usize = 1 << 14;
 
@@ -51,6 +54,16 @@ pub enum PictureError {
         /// What the decoder says.
         cause: String,
     },
+    /// It has more pixels than are read.
+    #[error("{} has {width} x {height} pixels, more than the {} million that are read; scale it down", path.display(), MOST_PIXELS / 1_000_000)]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
     /// The file cannot be written.
     #[error("cannot write {}: {cause}; check that the folder is there, may be written and has room", path.display())]
     Unwritable {
@@ -78,9 +91,16 @@ impl Picture {
     /// # Errors
     /// When the file cannot be read, is no picture, or ends before its last pixel.
     pub fn read(path: &Path) -> Result<Self, PictureError> {
-        let bytes =
-            std::fs::read(path).map_err(|cause| PictureError::Unreadable { path: path.to_owned(), cause })?;
-        Self::decode(&bytes).map_err(|cause| PictureError::Damaged { path: path.to_owned(), cause })
+        Ok(Self::from_image(&open(path)?, 1))
+    }
+
+    /// Looks whether [`Picture::read`] would read a file, and gives its columns and rows.
+    ///
+    /// # Errors
+    /// As [`Picture::read`].
+    pub fn check(path: &Path) -> Result<[usize; 2], PictureError> {
+        let image = open(path)?;
+        Ok([image.width() as usize, image.height() as usize])
     }
 
     /// Reads the bytes of a file as [`Picture::read`].
@@ -88,7 +108,11 @@ impl Picture {
     /// # Errors
     /// Says what the decoder says when the bytes are no picture, or end before its last pixel.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
-        Self::decode(bytes)
+        match decode(bytes) {
+            Ok(image) => Ok(Self::from_image(&image, 1)),
+            Err(Fault::Damaged(cause)) => Err(cause),
+            Err(Fault::TooLarge(width, height)) => Err(format!("{width} x {height} pixels are too many")),
+        }
     }
 
     /// Reads a file as [`Picture::read`], crops it about its centre to the shape of `width` x `height` and
@@ -97,7 +121,7 @@ impl Picture {
     /// # Errors
     /// As [`Picture::read`].
     pub fn read_fitted(path: &Path, width: usize, height: usize) -> Result<Self, PictureError> {
-        Self::read(path)?
+        Self::read_for(path, width, height)?
             .fitted(width, height)
             .map_err(|cause| PictureError::Damaged { path: path.to_owned(), cause })
     }
@@ -107,7 +131,7 @@ impl Picture {
     /// # Errors
     /// As [`Picture::read`].
     pub fn read_rows(path: &Path, width: usize, height: usize) -> Result<Fitted, PictureError> {
-        Fitted::new(Self::read(path)?, width, height)
+        Fitted::new(Self::read_for(path, width, height)?, width, height)
             .map_err(|cause| PictureError::Damaged { path: path.to_owned(), cause })
     }
 
@@ -214,23 +238,21 @@ impl Picture {
         drawn
     }
 
-    fn decode(bytes: &[u8]) -> Result<Self, String> {
-        if jpeg::is_jpeg(bytes) && !jpeg::is_whole(bytes) {
-            return Err("the JPEG data end too early".into());
-        }
-        let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
-        let mut decoder = reader.into_decoder().map_err(|e| e.to_string())?;
-        let orientation = decoder.orientation().map_err(|e| e.to_string())?;
-        let profile = decoder.icc_profile().map_err(|e| e.to_string())?;
-        let mut image = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
-        image.apply_orientation(orientation);
-        if let Some(profile) = profile {
-            image = colour::to_srgb(image, &profile)?;
-        }
-        Ok(Self::from_image(&image))
+    /// Reads a picture to be resized to `width` x `height`; one that is many times larger is averaged before it takes
+    /// the memory of floating point.
+    fn read_for(path: &Path, width: usize, height: usize) -> Result<Self, PictureError> {
+        let image = open(path)?;
+        let times = |have: u32, wanted: usize| have / (SPARE * wanted.max(1) as u32);
+        let reduction = times(image.width(), width).min(times(image.height(), height));
+        Ok(Self::from_image(&image, reduction.max(1)))
     }
 
-    fn from_image(image: &DynamicImage) -> Self {
+    /// The picture, in pixels that are the average light of `reduction` x `reduction` of the image's. What is left over
+    /// at the right and below is cut off.
+    fn from_image(image: &DynamicImage, reduction: u32) -> Self {
+        if reduction > 1 {
+            return Self::averaged(image, reduction);
+        }
         let (width, height) = (image.width() as usize, image.height() as usize);
         let mut picture = Self::new(width, height);
         let eight_bits = image.color().bytes_per_pixel() == image.color().channel_count();
@@ -247,6 +269,32 @@ impl Picture {
             for (index, pixel) in image.to_rgba32f().pixels().enumerate() {
                 put(index, pixel.0);
             }
+        }
+        picture
+    }
+
+    fn averaged(image: &DynamicImage, reduction: u32) -> Self {
+        let (columns, rows) = (image.width() / reduction, image.height() / reduction);
+        let (width, height) = (columns as usize, rows as usize);
+        let side = reduction as usize;
+        let share = 1.0 / (side * side) as f32;
+        let row = |row: u32| {
+            let band = image.crop_imm(0, row * reduction, columns * reduction, reduction).to_rgba32f();
+            let mut light = vec![[0.0; CHANNELS]; width];
+            for (index, pixel) in band.pixels().enumerate() {
+                let [r, g, b, alpha] = pixel.0;
+                let sum = &mut light[index % (width * side) / side];
+                for (sum, value) in sum.iter_mut().zip([r, g, b]) {
+                    *sum += share * srgb_decode((value * alpha).clamp(0.0, 1.0));
+                }
+            }
+            light
+        };
+        let lines: Vec<Vec<[f32; CHANNELS]>> = (0..rows).into_par_iter().map(row).collect();
+        let mut picture = Self::new(width, height);
+        for channel in 0..CHANNELS {
+            let light = lines.iter().flatten().map(|light| srgb_encode(light[channel]));
+            picture.channel_mut(channel).iter_mut().zip(light).for_each(|(value, code)| *value = code);
         }
         picture
     }

@@ -17,11 +17,11 @@ use super::output::Output;
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
-  vitrine calibrate photo.jpg -o curves.toml  writes the curves; then `curves = \"curves.toml\"` in [print]
-  vitrine print --wedge -o wedge              prints the wedge that is photographed under ultraviolet light
+  vitrine calibrate photo.jpg -o curves.toml  then `curves = \"curves.toml\"` in [print]
+  vitrine print --wedge -o wedge              prints the wedge to photograph under ultraviolet
   vitrine calibrate photo.jpg -o curves.toml --overlay found.png --json
 
-The photograph shows the whole wedge in an otherwise dark room, no patch overexposed, all brightness adjustments of the
+The photograph shows the whole wedge in an otherwise dark room, no patch overexposed, all brightness adjustments of the \
 camera off. It may be tilted, turned, and unevenly lit; curves come out within 0.02 of full light.")]
 pub(super) struct Calibrate {
     /// The photograph: JPEG, PNG, TIFF or WebP.

@@ -7,6 +7,7 @@ use miette::Report;
 use vitrine::build_folder::BuildError;
 use vitrine::config::{self, Exhibit};
 use vitrine::object::{self, ObjectReport};
+use vitrine::picture::Picture;
 use vitrine::year::{Year, year};
 
 use super::design::folder_of;
@@ -56,6 +57,9 @@ impl Check {
                  too bright, lit while it should be dark, or aged",
             );
         }
+        for note in coarse_pictures(&exhibit, folder_of(&self.exhibit)) {
+            output.note(&note);
+        }
         if year.open_h == 0.0 {
             output.note(&format!("note: the schedule lights the exhibit never in {number}"));
         }
@@ -88,6 +92,23 @@ impl Check {
         });
         Ok(())
     }
+}
+
+/// A note for each picture of less than half the films' pixels in either direction: it will look soft.
+fn coarse_pictures(exhibit: &Exhibit, folder: &Path) -> Vec<String> {
+    let [film_width, film_height] = exhibit.stack.pixels.map(|pixels| pixels as usize);
+    let patterns = exhibit.views.iter().filter_map(|view| view.pattern.as_deref());
+    let coarse = patterns.filter_map(|pattern| {
+        let [width, height] = Picture::check(&folder.join(pattern)).ok()?;
+        let is_coarse = 2 * width < film_width || 2 * height < film_height;
+        is_coarse.then(|| {
+            let pattern = pattern.display();
+            format!(
+                "note: {pattern} has {width} x {height} pixels, the films {film_width} x {film_height}: it will look soft"
+            )
+        })
+    });
+    coarse.collect()
 }
 
 /// What becomes of the exhibit's object, where there is one.

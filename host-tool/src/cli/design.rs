@@ -32,15 +32,15 @@ Examples:
   vitrine design exhibit.toml -o build --strips --dry-run
   vitrine design exhibit.toml -o build --json | jq .mean_psnr_db
 
-report.html tells what becomes of the views in human hands, from 6 random stacks, always the same; --as-built looks at
-16: with the errors of films, gaps and viewers that [design] expects (misplacement_um, spacing_um,
+report.html tells what becomes of the views in human hands, from 6 random stacks, always the same; --as-built looks at \
+16: with the errors of films, gaps and viewers that [design] expects (misplacement_um, spacing_um, \
 direction_error_deg, distance_error_part: all standard deviations).
 
-Films too large for memory (or for `memory_mib` in [design]) are designed by strips of rows. They grow in BUILD.unfinished;
-Ctrl-C or a loss of power costs one strip, and the same command goes on. Their lamps and report are those of the same
+Films too large for memory (or for `memory_mib` in [design]) are designed by strips of rows. They grow in BUILD.unfinished; \
+Ctrl-C or a loss of power costs one strip, and the same command goes on. Their lamps and report are those of the same \
 exhibit in small.
 
-The folder is written whole or not at all; a build that is there already is replaced, anything else is not. Ctrl-C
+The folder is written whole or not at all; a build that is there already is replaced, anything else is not. Ctrl-C \
 stops the optimiser within an iteration and writes nothing; the exit code is 130.")]
 pub(super) struct Design {
     /// The exhibit.

@@ -35,15 +35,15 @@ enum Which {
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
-  vitrine experiment films -o films.png                  the paper's Fig. 5: the picture and the table
+  vitrine experiment films -o films.png                  the paper's Fig. 5: picture and table
   vitrine experiment films --tau-uv 0.9 -o films.png
   vitrine print --circles -o circles                     prints the circles
   vitrine experiment films --fit photo.jpg --side lamp   what one film of your own lets through
   vitrine experiment films --fit a.jpg b.jpg --side viewer --overlay found.png --json
 
-Cut 25 strips of film, each 6 mm shorter than the last, and lay them over the middle band of the printed circles, flush on
-the right, so that column n lies behind n strips; the bands above and below stay bare. With the films on the lamp's side
-(--side lamp) the photograph gives tau_uv, with the films on the camera's side (--side viewer) tau_visible, with films,
+Cut 25 strips of film, each 6 mm shorter than the last, and lay them over the middle band of the printed circles, flush on \
+the right, so that column n lies behind n strips; the bands above and below stay bare. With the films on the lamp's side \
+(--side lamp) the photograph gives tau_uv, with the films on the camera's side (--side viewer) tau_visible, with films, \
 lamp and camera all on one side (--side both) their product. tau is found within 1 %.")]
 struct Films {
     /// The picture to write, as PNG.

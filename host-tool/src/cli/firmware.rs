@@ -22,7 +22,7 @@ Examples:
   vitrine firmware build --key exhibit.secret.pem -o firmware-0.2.0
   vitrine firmware update firmware-0.2.0/firmware.signed
 
-A board runs only what is signed with its key, and goes back to what ran before when new firmware
+A board runs only what is signed with its key, and goes back to what ran before when new firmware \
 does not show within a minute that it works.")]
 pub(super) struct Firmware {
     #[command(subcommand)]

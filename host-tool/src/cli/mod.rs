@@ -1,6 +1,7 @@
 //! The commands: one file each, data on stdout, everything else on stderr.
 
 mod calibrate;
+mod changes;
 mod check;
 mod clock;
 mod connect;

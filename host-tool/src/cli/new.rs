@@ -12,14 +12,14 @@ use super::output::Output;
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
-  vitrine new my-exhibit                    three bundled photographs, to be replaced
-  vitrine new my-exhibit --from photos      the pictures in photos, from the right to the left by name
-  vitrine check my-exhibit/exhibit.toml     says how well each will be seen, and what would help
+  vitrine new my-exhibit                  three bundled photographs, to be replaced
+  vitrine new my-exhibit --from photos    those in photos, by name from the right to the left
+  vitrine check my-exhibit/exhibit.toml   says how well each will be seen, and what would help
   vitrine design my-exhibit/exhibit.toml -o build")]
 pub(super) struct New {
     /// The folder to make; it must not exist, or be empty.
     folder: PathBuf,
-    /// Show the pictures in this folder: 1 to 16 PNG, JPEG, TIFF or WebP files, which are copied.
+    /// Show the pictures in this folder, by name: 1 to 16 PNG, JPEG, TIFF or WebP files, which are copied.
     #[arg(long, value_name = "PHOTOS")]
     from: Option<PathBuf>,
     /// Only tell which files would be written.
@@ -30,6 +30,11 @@ pub(super) struct New {
 impl New {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let own = self.from.as_deref().map(starter::own_pictures).transpose()?;
+        let (own, left_out) = own.map(|own| (own.pictures, own.left_out)).unzip();
+        let left_out: Vec<String> = left_out.unwrap_or_default();
+        if !left_out.is_empty() {
+            output.note(&format!("left out, being none of PNG, JPEG, TIFF or WebP: {}", left_out.join(", ")));
+        }
         let exhibit = self.folder.join("exhibit.toml");
         if self.dry_run {
             starter::check_place(&self.folder)?;
@@ -39,7 +44,7 @@ impl New {
             };
             let names = [vec!["exhibit.toml".to_owned(), starter::SCHEMA_NAME.to_owned()], pictures].concat();
             output.result(
-                &serde_json::json!({ "folder": self.folder, "files": names, "written": false }),
+                &serde_json::json!({ "folder": self.folder, "files": names, "left_out": left_out, "written": false }),
                 || format!("would write {} into {}", names.join(", "), self.folder.display()),
             );
             return Ok(());
@@ -48,9 +53,10 @@ impl New {
             Some(own) => starter::write_own(&self.folder, own)?,
             None => starter::write(&self.folder)?,
         };
-        output.result(&serde_json::json!({ "folder": self.folder, "files": files, "written": true }), || {
-            exhibit.display().to_string()
-        });
+        output.result(
+            &serde_json::json!({ "folder": self.folder, "files": files, "left_out": left_out, "written": true }),
+            || exhibit.display().to_string(),
+        );
         output.note(&format!(
             "Next: vitrine check {0}, then vitrine design {0} -o {1}",
             exhibit.display(),

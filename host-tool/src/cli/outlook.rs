@@ -52,8 +52,9 @@ impl Outlook {
         let mut lines = vec![format!(
             "expect  {mean_psnr_db:.1} dB, SSIM {mean_ssim:.2} in the mean; {least_psnr_db:.1} dB in the least view"
         )];
+        let wide = views.iter().map(|view| view.id.len()).max().unwrap_or(0).max(20);
         for view in views {
-            lines.push(format!("  {:<20} {:>5.1} dB  SSIM {:.2}", view.id, view.psnr_db, view.ssim));
+            lines.push(format!("  {:<wide$} {:>5.1} dB  SSIM {:.2}", view.id, view.psnr_db, view.ssim));
             lines.extend(view.reasons.iter().map(|reason| format!("    {reason}")));
         }
         if !self.advice.is_empty() {

@@ -30,20 +30,20 @@ Examples:
   vitrine print build -o sheets --each --json | jq '.sheets[].files'
   vitrine print build -o again --films 3,7           those that were spoilt
   vitrine print build -o sheets --halftone blue-noise --curves curves.toml
-  vitrine print build -o sheets --icc                for a raster image processor that wants a profile
-  vitrine print --wedge -o wedge --dpi 1440x720      a chart to measure the inks by: see `vitrine calibrate`
-  vitrine print --circles -o circles                 a chart to measure films by: see `vitrine experiment films`
+  vitrine print build -o sheets --icc             for a raster image processor that wants a profile
+  vitrine print --wedge -o wedge --dpi 1440x720   a chart to measure inks by: `vitrine calibrate`
+  vitrine print --circles -o circles              a chart to measure films by: `vitrine experiment`
 
-Resolution, paper and marks are those of [print] in exhibit.toml unless given here. Every dot shows the pixel in which its
-centre lies: nothing is interpolated. A TIFF's sample is 65,535 less the ink, so that paper is white; a PDF has the inks as
+Resolution, paper and marks are those of [print] in exhibit.toml unless given here. Every dot shows the pixel in which its \
+centre lies: nothing is interpolated. A TIFF's sample is 65,535 less the ink, so that paper is white; a PDF has the inks as \
 three spot colours by their names. Print at 100 %, without fitting to the page and without colour management.
 
-Film values become coverages of the three inks as [print] says: the stronger inks are thinned so that equal values glow
-equally, and measured curves are undone. --as-designed prints the values themselves, for a printer that does all this.
+Film values become coverages of the three inks as [print] says: the stronger inks are thinned so that equal values glow \
+equally, and measured curves are undone. --as-designed prints the values themselves, for a printer that does all this. \
 With a halftone no dot carries two inks.
 
-The inks' numbers are final: a raster image processor has to lay them as they are, without colour management. One that
-wants to know what they mean, for a preview, gets it by --icc: an ICC profile of the light that coverages give, of the RGB
+The inks' numbers are final: a raster image processor has to lay them as they are, without colour management. One that \
+wants to know what they mean, for a preview, gets it by --icc: an ICC profile of the light that coverages give, of the RGB \
 samples in a TIFF, and of three named inks in the output intent of a PDF and in inks.icc.
 
 The folder is written whole or not at all; sheets that are there already are replaced, anything else is not.")]

@@ -1,7 +1,8 @@
 //! The state of an exhibit in plain words, row by row.
 
 use vitrine_exhibit::Snapshot;
-use vitrine_exhibit::units::{Lamp, PerLamp};
+use vitrine_exhibit::events::Cut;
+use vitrine_exhibit::units::{CentiCelsius, Dose, Lamp, PerLamp};
 use vitrine_protocol::Status;
 
 use super::clock::{source_text, time_text};
@@ -26,17 +27,29 @@ pub(super) fn rows(model: &Model, status: &Status) -> Vec<(&'static str, String,
     }
     let cuts = cuts(snapshot);
     if !cuts.is_empty() {
-        lines.push(("dimmed", cuts, true));
+        // A fade passes.
+        let fades = [Lamp::Top, Lamp::Bottom]
+            .into_iter()
+            .all(|lamp| snapshot.cuts.get(lamp).iter().all(|cut| cut == Cut::Slew));
+        lines.push(("dimmed", cuts, !fades));
     }
     let armed = snapshot.interlock == vitrine_exhibit::interlock::InterlockState::Armed;
     lines.push(("interlock", words::interlock(snapshot.interlock).to_owned(), !armed));
-    let boards = both(snapshot.boards, |board| match board {
-        Some(board) => format!("{:.1} C", f64::from(board.0) / 100.0),
-        None => "no reading".to_owned(),
-    });
+    let boards = both(snapshot.boards, |board| board.map_or_else(|| "no reading".to_owned(), celsius));
     lines.push(("boards", boards, snapshot.boards.top.is_none() || snapshot.boards.bottom.is_none()));
-    lines.push(("dose today", both(snapshot.day_dose, |dose| kilojoules(dose.0)), false));
-    lines.push(("dose, life", both(snapshot.life_dose, |dose| kilojoules(dose.0)), false));
+    if let Some(air) = snapshot.enclosure {
+        lines.push(("enclosure", celsius(air), false));
+    }
+    if snapshot.ultraviolet_lost {
+        let silent = "the sensor on which the plan counts is silent: service is due";
+        lines.push(("ultraviolet", silent.to_owned(), true));
+    }
+    let limits = model.plan.as_ref().map(|plan| &plan.limits);
+    let of = |most: Option<Dose>| most.map(|most| format!(" of {}", kilojoules(most))).unwrap_or_default();
+    let day = both(snapshot.day_dose, kilojoules) + &of(limits.map(|limits| limits.daily_dose));
+    let life = both(snapshot.life_dose, kilojoules) + &of(limits.map(|limits| limits.life_dose));
+    lines.push(("dose today", day, false));
+    lines.push(("dose, life", life, false));
     let clock = match status.clock.now {
         Some(now) => format!("{} from {}", time_text(now), source_text(status.clock.source)),
         None => "not known".to_owned(),
@@ -57,6 +70,10 @@ fn both<T>(pair: PerLamp<T>, text: impl Fn(T) -> String) -> String {
     format!("top {}, bottom {}", texts.top, texts.bottom)
 }
 
-fn kilojoules(microjoules: u64) -> String {
-    format!("{:.1} kJ/m2", microjoules as f64 / 1e9)
+fn kilojoules(dose: Dose) -> String {
+    format!("{:.1} kJ/m2", dose.0 as f64 / 1e9)
+}
+
+fn celsius(temperature: CentiCelsius) -> String {
+    format!("{:.1} C", f64::from(temperature.0) / 100.0)
 }

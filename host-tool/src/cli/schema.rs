@@ -31,7 +31,7 @@ Examples:
   vitrine schema error                what every command prints to stderr when it fails, with --json
   vitrine schema --answers            all of these in one, by the names of the commands in \"$defs\"
 
-`vitrine new` writes the first beside exhibit.toml, whose first line names it: editors with Taplo or Even Better TOML find it so.
+`vitrine new` writes the first beside exhibit.toml, whose first line names it: editors with Taplo or Even Better TOML find it so. \
 `watch`, `log --live` and `controller` print an answer a line, all others one.")]
 pub(super) struct Schema {
     /// The command whose answer is described, or `error`.

@@ -20,8 +20,8 @@ Examples:
   vitrine self-test -o sheet.txt --to /dev/ttyACM0
   vitrine self-test --alone --json | jq '.findings[] | select(.verdict == \"failed\")'
 
-It reads sensors, clock, supply and flash, darkens, and lights each lamp by holding views of the exhibit's own plan, never
-brighter than the exhibit does. On a terminal it also asks a person to open the door, press the staff key and stand to
+It reads sensors, clock, supply and flash, darkens, and lights each lamp by holding views of the exhibit's own plan, never \
+brighter than the exhibit does. On a terminal it also asks a person to open the door, press the staff key and stand to \
 either side. It takes about a minute, and ends with the exhibit following its viewers. The exit code is 1 when a part fails.")]
 pub(super) struct SelfTest {
     /// Ask nobody: what needs a person is not tried. So it is without a terminal, and with --json.
@@ -93,9 +93,21 @@ impl Person for AtTerminal {
     /// A terminal that fails counts as nobody there.
     fn does(&mut self, what: &str) -> bool {
         let mut stream = std::io::stderr();
-        let mut answer = String::new();
-        let asked = write!(stream, "{what}\n  [Enter] done   [s] skip  ").and_then(|()| stream.flush());
-        let read = asked.and_then(|()| stdin().read_line(&mut answer));
-        read.is_ok_and(|count| count > 0) && !answer.trim().eq_ignore_ascii_case("s")
+        if writeln!(stream, "{what}").is_err() {
+            return false;
+        }
+        loop {
+            let mut answer = String::new();
+            let asked = write!(stream, "  [Enter] done   [s] skip  ").and_then(|()| stream.flush());
+            match asked.and_then(|()| stdin().read_line(&mut answer)) {
+                Ok(1..) => {}
+                Ok(0) | Err(_) => return false,
+            }
+            match answer.trim() {
+                "" => return true,
+                "s" | "S" => return false,
+                _ => {}
+            }
+        }
     }
 }

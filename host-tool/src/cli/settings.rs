@@ -22,7 +22,7 @@ Examples:
   vitrine settings --set top_beta_kelvin=3435 --set bottom_beta_kelvin=3435 --dry-run
   vitrine settings --json | jq .supply_divider
 
-Settings: place, service_port (cable or network), top_beta_kelvin, bottom_beta_kelvin, supply_divider,
+Settings: place, service_port (cable or network), top_beta_kelvin, bottom_beta_kelvin, supply_divider, \
 ultraviolet_gain, viewer_yaw_deg, viewer_pitch_deg, viewer_beside_mm. `default` gives one its default back.")]
 pub(super) struct Settings {
     /// Change this setting; may be given several times.

@@ -105,11 +105,17 @@ impl Completions {
 impl Man {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let mut written = Vec::new();
-        let mut command = Cli::command();
+        let mut command = Cli::command().disable_help_subcommand(true);
         command.build();
         for page in pages(&command) {
             let man = clap_mangen::Man::new(page.clone());
             let path = self.folder.join(man.get_filename());
+            let title = man.get_filename().trim_end_matches(".1").to_uppercase();
+            let man = man
+                .title(title)
+                .date("")
+                .source(concat!("vitrine ", env!("CARGO_PKG_VERSION")))
+                .manual("Vitrine");
             let write = |source| SetupFailure::Write { path: path.clone(), source };
             let mut text = Vec::new();
             man.render(&mut text).map_err(write)?;

@@ -26,7 +26,7 @@ Examples:
   vitrine slice flowers.xyz -o build --exhibit exhibit.toml --dry-run
   vitrine view build --horizontal 30 -o right.png
 
-It reads PLY, OBJ, glTF, GLB, STL, LAS, LAZ, and text of x y z r g b on each line. A model fills the stack unless --unit-mm says what its unit is.
+It reads PLY, OBJ, glTF, GLB, STL, LAS, LAZ, and text of x y z r g b on each line. A model fills the stack unless --unit-mm says what its unit is. \
 x is to the right, y up, z toward the viewer. What lies outside of the stack is counted and told.
 
 With --exhibit, everything else is as that exhibit.toml says; options given here count more.")]

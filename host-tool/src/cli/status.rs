@@ -73,9 +73,11 @@ fn as_text(client: &Client, status: &Told, in_sync: Option<bool>) -> String {
     let mut line = |what: &str, text: String| lines.push(format!("{what:<11} {text}"));
     if let Some(in_sync) = in_sync {
         let text = if in_sync {
-            "the controller runs this build"
+            "in sync: the controller runs this build"
+        } else if status.plan.is_none() {
+            "stale: the controller runs no plan; `vitrine upload` sends this build"
         } else {
-            "the controller runs another plan: upload this build"
+            "stale: the controller runs another plan; `vitrine upload` sends this build"
         };
         line("build", text.to_owned());
     }

@@ -20,8 +20,8 @@ Examples:
   vitrine turn build -o turn.png --from -45 --to 45 --steps 61 --fps 30
   vitrine turn build -o round.png --vertical 20 --once --ideal
 
-Every frame has the same gain: without --gain, the one that brings the 99.5th percentile of the brightest frame to 1.
-Values are sRGB code values. Browsers and most viewers play the file; others show its first frame. There is no WebP: no
+Every frame has the same gain: without --gain, the one that brings the 99.5th percentile of the brightest frame to 1. \
+Values are sRGB code values. Browsers and most viewers play the file; others show its first frame. There is no WebP: no \
 encoder of animations is maintained in Rust alone.")]
 pub(super) struct TurnCommand {
     /// The build folder.

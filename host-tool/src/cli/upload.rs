@@ -11,6 +11,7 @@ use vitrine_exhibit::plan::{Bounds, Plan, PlanError, ValidPlan};
 use vitrine_protocol::Refusal;
 use vitrine_protocol::plan_file::{self, PlanFileError};
 
+use super::changes::changes;
 use super::connect::To;
 use super::output::Output;
 
@@ -63,8 +64,8 @@ impl Upload {
         ValidPlan::new(plan.clone()).map_err(|source| UploadFailure::Plan { path, source })?;
         let mut client = self.to.open()?;
         let before = active_plan(&mut client)?;
-        let change = changes(before.as_ref(), &plan);
-        output.note(&change);
+        let changes = changes(before.as_ref(), &plan);
+        output.note(&changes.join("\n"));
         let same = before.as_ref() == Some(&plan);
         let more = before.as_ref().map(Bounds::of).unwrap_or_default().are_exceeded_by(&plan);
         if more && !self.allow_more {
@@ -90,7 +91,7 @@ impl Upload {
             "views": plan.views.len(),
             "bytes": bytes.len(),
             "crc": format!("{:08x}", plan_file::crc(&bytes)),
-            "change": change,
+            "change": changes.join("; "),
             "asks_for_more": more,
             "sent": sent,
             "active_since": active_since,
@@ -123,54 +124,4 @@ pub(super) fn active_plan(client: &mut Client) -> Result<Option<Plan>, LinkError
         Err(LinkError::Refused { refusal: Refusal::NoPlan, .. }) => Ok(None),
         Err(error) => Err(error),
     }
-}
-
-/// What changes from the plan `before` to the plan `after`, in words.
-fn changes(before: Option<&Plan>, after: &Plan) -> String {
-    let Some(before) = before else { return format!("\"{}\" is the controller's first plan", after.name) };
-    if before == after {
-        return format!("\"{}\" is the same as the controller's plan", after.name);
-    }
-    let mut parts = Vec::new();
-    if before.name != after.name {
-        parts.push(format!("name \"{}\" becomes \"{}\"", before.name, after.name));
-    }
-    if before.volume.blake3 != after.volume.blake3 {
-        parts.push("it belongs to other films".to_owned());
-    }
-    if before.views != after.views {
-        parts.push(view_changes(before, after));
-    }
-    for (what, differs) in [
-        ("neutral pair", before.neutral != after.neutral),
-        ("lamps", before.lamps != after.lamps),
-        ("limits", before.limits != after.limits),
-        ("viewer settings", before.viewer != after.viewer || before.presence != after.presence),
-        ("schedule and calendar", before.calendar != after.calendar),
-    ] {
-        if differs {
-            parts.push(format!("{what} change"));
-        }
-    }
-    parts.join("; ")
-}
-
-fn view_changes(before: &Plan, after: &Plan) -> String {
-    let ids = |plan: &Plan| plan.views.iter().map(|view| view.id.to_string()).collect::<Vec<_>>();
-    let (old, new) = (ids(before), ids(after));
-    let missing = |from: &[String], of: &[String]| -> Vec<String> {
-        of.iter().filter(|id| !from.contains(id)).cloned().collect()
-    };
-    let (added, removed) = (missing(&old, &new), missing(&new, &old));
-    let mut parts = Vec::new();
-    if !added.is_empty() {
-        parts.push(format!("views added: {}", added.join(", ")));
-    }
-    if !removed.is_empty() {
-        parts.push(format!("views removed: {}", removed.join(", ")));
-    }
-    if parts.is_empty() {
-        parts.push("directions or lamp pairs of views change".to_owned());
-    }
-    parts.join("; ")
 }

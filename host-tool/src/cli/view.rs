@@ -21,7 +21,7 @@ Examples:
   vitrine view build --horizontal -30 --vertical 10 --top 1 --bottom 0 -o view.png
   vitrine view build --horizontal 30 --ideal --gain 2 -o view.png --json
 
-Each pixel is the light divided by the sum of the films' weights, times the gain. Values are written as they are;
+Each pixel is the light divided by the sum of the films' weights, times the gain. Values are written as they are; \
 where the design is in linear light, the file says so (gamma 1), and --encode writes sRGB instead.")]
 pub(super) struct View {
     /// The build folder.

@@ -110,3 +110,25 @@ pub(super) fn event(event: Event) -> String {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vitrine_exhibit::events::{Cuts, DarkReason};
+
+    /// The value of an enumeration behind this discriminant, with its first lamp where it has one.
+    fn reason(discriminant: u8) -> Option<DarkReason> {
+        postcard::from_bytes(&[discriminant, 0]).ok()
+    }
+
+    #[test]
+    fn the_book_says_what_to_do_about_every_darkness_and_every_dimming() {
+        let faults = include_str!("../../book/src/technician/faults.md");
+        let reasons: Vec<String> = (0..).map_while(reason).map(|reason| reason.to_string()).collect();
+        assert!(reasons.len() > 15, "{reasons:?}");
+        for text in reasons.into_iter().chain(Cuts::ALL.map(|why| format!("dimmed: {}", cut(why)))) {
+            let text = text.replace("the top lamp board", "a lamp board");
+            assert!(faults.contains(&format!("| {text} |")), "{text} is not in the book's table of faults");
+        }
+    }
+}

@@ -390,7 +390,7 @@ fn view_picture(reader: &mut TableReader<'_>, key: &'static str, folder: &Path) 
     let text = reader.text(key)?;
     let path = PathBuf::from(text.value);
     let found = folder.join(&path);
-    if let Err(error) = Picture::read(&found) {
+    if let Err(error) = Picture::check(&found) {
         reader.report(Problem::new(
             "vitrine::config::bad_picture",
             text.span,

@@ -48,6 +48,38 @@ fn resizing_averages_light_not_code_values() {
 }
 
 #[test]
+fn a_much_larger_picture_is_averaged_in_light_before_it_is_resized() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("large.png");
+    // Rows of black and white pixels above, white below; odd, so that some are left over.
+    let pixels: Vec<u8> = (0..67 * 131)
+        .flat_map(|index| [if index / 67 > 64 || index / 67 % 2 == 0 { 255 } else { 0 }; 3])
+        .collect();
+    write_png_rgb8(&path, &pixels, 67, 131).unwrap();
+    assert_eq!(Picture::check(&path).unwrap(), [67, 131]);
+    let small = Picture::read_for(&path, 4, 8).unwrap();
+    assert_eq!((small.width(), small.height()), (16, 32));
+    assert!((srgb_decode(small.channel(0)[3 * 16 + 3]) - 0.5).abs() < 1e-3);
+    assert!((small.channel(2)[30 * 16 + 3] - 1.0).abs() < 1e-3);
+    let fitted = Picture::read_fitted(&path, 4, 8).unwrap();
+    assert_eq!((fitted.width(), fitted.height()), (4, 8));
+}
+
+#[test]
+fn a_picture_of_too_many_pixels_is_refused_before_it_is_decoded() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bomb.png");
+    let mut bytes = Vec::new();
+    // The beginning of a PNG of 40,000 x 40,000 pixels.
+    let mut encoder = png::Encoder::new(&mut bytes, 40_000, 40_000);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &[0x78, 0x01]).unwrap();
+    std::fs::write(&path, &bytes).unwrap();
+    let message = Picture::read(&path).unwrap_err().to_string();
+    assert!(message.contains("40000 x 40000 pixels") && message.contains("scale it down"), "{message}");
+}
+
+#[test]
 fn a_cut_photograph_is_an_error_that_names_the_file() {
     let bytes = std::fs::read(photo("coffee.jpg")).unwrap();
     let folder = tempfile::tempdir().unwrap();

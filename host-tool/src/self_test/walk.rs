@@ -114,7 +114,8 @@ impl Walk {
             return;
         };
         let ahead_s = now.0 - Timestamp::now().as_second();
-        let found = format!("{ahead_s} s ahead of this computer");
+        let side = if ahead_s < 0 { "behind" } else { "ahead of" };
+        let found = format!("{} s {side} this computer", ahead_s.abs());
         self.add("clock", Verdict::of(ahead_s.abs() <= CLOCK_ERROR_S), found);
     }
 
@@ -267,8 +268,10 @@ impl Walk {
         })?;
         let found = if open.is_ok() { "opening it darkens" } else { "opening it is not noticed" };
         self.add("door", Verdict::of(open.is_ok()), found);
-        if !person.does("Close the door.") {
-            self.add("re-arm", Verdict::NotTried, "nobody closed the door");
+        let is_closed = person.does("Close the door.");
+        if !is_closed || open.is_err() {
+            let why = if is_closed { "the door's opening was not noticed" } else { "nobody closed the door" };
+            self.add("re-arm", Verdict::NotTried, why);
             return Ok(());
         }
         let waits =

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 use thiserror::Error;
 
-pub use own::{OwnPicture, own_pictures};
+pub use own::{OwnPicture, OwnPictures, own_pictures};
 
 use crate::build_folder::WholeFolder;
 use crate::config;
@@ -56,7 +56,7 @@ pub enum StarterError {
         source: std::io::Error,
     },
     /// The folder holds no picture, or more than a plan holds views.
-    #[error("{} holds {found} pictures, but an exhibit shows 1 to {most}", path.display())]
+    #[error("{} holds {found} pictures{left_out}, but an exhibit shows 1 to {most}", path.display())]
     #[diagnostic(
         code("vitrine::new::picture_count"),
         help(
@@ -68,6 +68,8 @@ pub enum StarterError {
         path: PathBuf,
         /// Pictures in it.
         found: usize,
+        /// What else is in it, in words.
+        left_out: String,
         /// The most views of a plan.
         most: usize,
     },

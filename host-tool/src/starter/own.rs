@@ -15,6 +15,8 @@ const ENDINGS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "webp"];
 const PIXELS: f64 = 512.0;
 /// The width of a film that is wider than high, as in the commented exhibit.toml, in mm.
 const WIDTH_MM: f64 = 35.0;
+/// No change from side to side so near to the middle, as in the commented exhibit.toml.
+const DEAD_ZONE_DEG: f64 = 5.0;
 /// A view's id has at most so many characters.
 const LONGEST_ID: usize = 24;
 
@@ -29,36 +31,58 @@ pub struct OwnPicture {
     pub aspect: f64,
 }
 
-/// Reads the pictures in `folder`, by name.
+/// The pictures of a folder.
+#[derive(Clone, Debug)]
+pub struct OwnPictures {
+    /// Those to be shown, by name; numbers within names count as numbers.
+    pub pictures: Vec<OwnPicture>,
+    /// Names of the other files, which are left out.
+    pub left_out: Vec<String>,
+}
+
+/// Reads the pictures in `folder`, by name. Hidden files are none.
 ///
 /// # Errors
 /// Fails when the folder cannot be read, holds no picture or more than a plan holds views, and when a picture is damaged.
-pub fn own_pictures(folder: &Path) -> Result<Vec<OwnPicture>, StarterError> {
+pub fn own_pictures(folder: &Path) -> Result<OwnPictures, StarterError> {
     let unreadable = |source| StarterError::Unreadable { path: folder.to_owned(), source };
-    let mut paths = Vec::new();
+    let (mut paths, mut left_out) = (Vec::new(), Vec::new());
     for entry in std::fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
+        let name = file_name(&path);
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-        if path.is_file() && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())) {
+        if name.starts_with('.') || path.is_dir() {
+            continue;
+        } else if path.is_file() && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())) {
             paths.push(path);
+        } else {
+            left_out.push(name);
         }
     }
-    paths.sort();
+    alphanumeric_sort::sort_path_slice(&mut paths);
+    alphanumeric_sort::sort_str_slice(&mut left_out);
     if !(1..=MAX_VIEWS).contains(&paths.len()) {
         return Err(StarterError::PictureCount {
             path: folder.to_owned(),
             found: paths.len(),
+            left_out: match left_out.first() {
+                Some(name) => format!(" (and {} other files such as {name})", left_out.len()),
+                None => String::new(),
+            },
             most: MAX_VIEWS,
         });
     }
     let read = |path: &std::path::PathBuf| -> Result<OwnPicture, StarterError> {
-        let picture = Picture::read(path)?;
+        let [width, height] = Picture::check(path)?;
         let bytes =
             std::fs::read(path).map_err(|cause| PictureError::Unreadable { path: path.clone(), cause })?;
-        let file_name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        Ok(OwnPicture { file_name, bytes, aspect: picture.width() as f64 / picture.height() as f64 })
+        Ok(OwnPicture { file_name: file_name(path), bytes, aspect: width as f64 / height as f64 })
     };
-    paths.iter().map(read).collect()
+    Ok(OwnPictures { pictures: paths.iter().map(read).collect::<Result<_, _>>()?, left_out })
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 /// The commented exhibit.toml with these pictures as its views, from the right to the left, and films of their shape.
@@ -80,10 +104,28 @@ pub(super) fn exhibit_toml(name: &str, pictures: &[OwnPicture]) -> String {
     let width_mm = WIDTH_MM * f64::from(width) / PIXELS;
     let name = if name.is_empty() { "My exhibit" } else { name };
     let name: String = name.chars().take(24).collect();
-    format!("{}{views}{}", &EXHIBIT_TOML[..begin], &EXHIBIT_TOML[end..])
-        .replace("name = \"Three photographs\"", &format!("name = {}", quoted(&name)))
-        .replace("pixels = 512  ", &format!("pixels = [{width}, {height}]  "))
-        .replace("width_mm = 35.0  ", &format!("width_mm = {width_mm:.1}  "))
+    let mut text = format!("{}{views}{}", &EXHIBIT_TOML[..begin], &EXHIBIT_TOML[end..])
+        .replace("name = \"Three photographs\"", &format!("name = {}", quoted(&name)));
+    text = with_value(&text, "pixels", &format!("[{width}, {height}]"));
+    text = with_value(&text, "width_mm", &format!("{width_mm:.1}"));
+    let nearest_deg = angles(pictures.len()).map(f64::abs).filter(|&angle| angle > 0.0).fold(90.0, f64::min);
+    if nearest_deg < DEAD_ZONE_DEG {
+        text = with_value(&text, "dead_zone_deg", &format!("{:.1}", nearest_deg.floor()));
+    }
+    text
+}
+
+/// The text with another value of `key`; the comment behind it stays where it is.
+fn with_value(text: &str, key: &str, value: &str) -> String {
+    let set = |line: &str| match line.split_once(" = ").filter(|(begin, _)| *begin == key) {
+        Some((_, rest)) => {
+            let (_, comment) = rest.split_once('#').unwrap_or_default();
+            let column = line.len() - comment.len() - 1;
+            format!("{:<column$}#{comment}\n", format!("{key} = {value}"))
+        }
+        None => format!("{line}\n"),
+    };
+    text.lines().map(set).collect()
 }
 
 /// Directions spread evenly: the further apart, the better views part, and the less of the exhibit's front is theirs.
@@ -111,12 +153,14 @@ fn shape(pictures: &[OwnPicture]) -> [u32; 2] {
     }
 }
 
-/// An id of the letters and digits of a file's name, which no other view has.
+/// An id of the letters and digits of a file's name, written in ASCII, which no other view has.
 fn id(file_name: &str, taken: &mut HashSet<String>) -> String {
-    let stem = Path::new(file_name).file_stem().map(|stem| stem.to_string_lossy().to_lowercase());
-    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' };
-    let id: String = stem.unwrap_or_default().chars().map(plain).take(LONGEST_ID - 3).collect();
-    let id = match id.trim_matches('-') {
+    let stem = Path::new(file_name).file_stem().map(|stem| deunicode::deunicode(&stem.to_string_lossy()));
+    let stem = stem.unwrap_or_default().to_lowercase();
+    let words =
+        stem.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).filter(|word| !word.is_empty());
+    let id: String = words.collect::<Vec<_>>().join("-").chars().take(LONGEST_ID - 3).collect();
+    let id = match id.trim_end_matches('-') {
         "" => "view".to_owned(),
         id => id.to_owned(),
     };
@@ -143,10 +187,11 @@ mod tests {
     #[test]
     fn ids_are_plain_and_differ() {
         let mut taken = HashSet::new();
-        let ids: Vec<String> = ["Ähre 1.JPG", "ähre_1.png", "-.png", "IMG.jpg", "img.png", "img.webp"]
-            .map(|name| id(name, &mut taken))
-            .into();
-        assert_eq!(ids, ["hre-1", "hre_1", "view", "img", "img-2", "img-3"]);
+        let ids: Vec<String> =
+            ["Ähre 1.JPG", "ähre_1.png", "-.png", "IMG.jpg", "img.png", "img.webp", "Zoë – & 日本.png"]
+                .map(|name| id(name, &mut taken))
+                .into();
+        assert_eq!(ids, ["ahre-1", "ahre_1", "view", "img", "img-2", "img-3", "zoe-ri-ben"]);
         let longest = id(&format!("{}.png", "x".repeat(99)), &mut taken);
         assert!(longest.len() <= LONGEST_ID);
     }
@@ -159,14 +204,20 @@ mod tests {
         assert_eq!((many[0], many[15]), (45.0, -45.0));
     }
 
-    #[test]
-    fn the_file_is_valid_whatever_the_pictures_are_called() {
+    /// A folder of the bundled photograph under these names.
+    fn folder_of(names: &[&str]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
-        let names = ["a \"quoted\" \\ one.jpg", "b.jpg", "c.jpg", "[[view]].jpg"];
         for name in names {
             std::fs::write(folder.path().join(name), super::super::PHOTOGRAPHS[0].1).unwrap();
         }
-        let pictures = own_pictures(folder.path()).unwrap();
+        folder
+    }
+
+    #[test]
+    fn the_file_is_valid_whatever_the_pictures_are_called() {
+        let names = ["a \"quoted\" \\ one.jpg", "b.jpg", "c.jpg", "[[view]].jpg"];
+        let folder = folder_of(&names);
+        let pictures = own_pictures(folder.path()).unwrap().pictures;
         assert_eq!(pictures.iter().map(|picture| picture.aspect).collect::<Vec<_>>(), [1.0; 4]);
         let text = exhibit_toml("My \"own\"", &pictures);
         let exhibit = config::parse(&folder.path().join("exhibit.toml"), &text).unwrap();
@@ -174,6 +225,30 @@ mod tests {
         assert_eq!(exhibit.views.len(), 4);
         assert_eq!(exhibit.stack.pixels, [512, 512]);
         assert_eq!(exhibit.views[0].horizontal_deg, 40.0);
+    }
+
+    #[test]
+    fn the_file_is_valid_however_many_pictures_there_are() {
+        let folder = folder_of(&["a.jpg"]);
+        for count in 1..=MAX_VIEWS {
+            let text = exhibit_toml("Many", &vec![picture("a.jpg", 1.0); count]);
+            let exhibit = config::parse(&folder.path().join("exhibit.toml"), &text);
+            assert_eq!(exhibit.unwrap().views.len(), count);
+        }
+    }
+
+    #[test]
+    fn pictures_come_as_a_person_counts_and_what_is_none_is_told() {
+        let folder = folder_of(&["p10.jpg", "p2.jpg", "._p2.jpg", "film.mp4", "p1.heic"]);
+        std::fs::create_dir(folder.path().join("more.png")).unwrap();
+        let own = own_pictures(folder.path()).unwrap();
+        let names: Vec<&str> = own.pictures.iter().map(|picture| picture.file_name.as_str()).collect();
+        assert_eq!(
+            (names, own.left_out),
+            (vec!["p2.jpg", "p10.jpg"], vec!["film.mp4".into(), "p1.heic".into()])
+        );
+        let none = own_pictures(folder_of(&["film.mp4"]).path()).unwrap_err().to_string();
+        assert!(none.contains("0 pictures (and 1 other files such as film.mp4)"), "{none}");
     }
 
     #[test]

@@ -37,7 +37,44 @@ fn completions_and_man_pages_name_every_command() {
             .all(|page| pages.contains(&(*page).to_owned())),
         "{pages:?}"
     );
+    assert!(!pages.iter().any(|page| page.contains("-help")), "{pages:?}");
+    let page = std::fs::read_to_string(workshop.path("man1/vitrine-design.1")).unwrap();
+    assert!(page.contains(".TH VITRINE-DESIGN 1"), "{page}");
     assert_eq!(workshop.run(&["man", "nowhere"]).code, Some(1));
+}
+
+/// A text that is wrapped in the source is wrapped once more where lines are shorter, in the middle of its lines.
+#[test]
+fn help_is_wrapped_once() {
+    const WIDTH: usize = 100;
+    let workshop = Workshop::new();
+    let text = workshop.succeed(&["schema", "--answers"]);
+    let answers: Value = serde_json::from_str(&text).unwrap();
+    let commands = answers["$defs"].as_object().unwrap().keys().filter(|name| *name != "error");
+    let mut looked_at = 0;
+    for command in commands.chain([&String::new()]) {
+        let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();
+        let Some(help) = Some(workshop.run(&words)).filter(|told| told.code == Some(0)) else { continue };
+        looked_at += 1;
+        let lines: Vec<&str> = help.stdout.lines().collect();
+        for pair in lines.windows(2) {
+            let is_prose = |line: &str| line.starts_with(char::is_alphanumeric) && !line.ends_with(':');
+            let first = pair[1].split(' ').next().unwrap_or_default();
+            let fits = pair[0].chars().count() + 1 + first.chars().count() <= WIDTH;
+            assert!(
+                !(is_prose(pair[0]) && is_prose(pair[1]) && fits),
+                "{command}:\n{}\n{}",
+                pair[0],
+                pair[1]
+            );
+        }
+        let examples = lines.iter().skip_while(|line| **line != "Examples:").skip(1);
+        for line in examples.take_while(|line| !line.is_empty()) {
+            let begins = ["  vitrine ", "  curl ", "  cargo "];
+            assert!(begins.iter().any(|begin| line.starts_with(begin)), "{command}: {line}");
+        }
+    }
+    assert!(looked_at > 30, "{looked_at}");
 }
 
 #[test]
@@ -80,6 +117,9 @@ fn check_tells_what_is_not_measured_and_refuses_what_cannot_be_kept() {
         told("[lamps]\nultraviolet_at_full_w_m2 = [0.2, 0.1]\n[presence]\nexpected_h_a_day = 0.5\n");
     assert!(!measured.stderr.contains("not measured"), "{}", measured.stderr);
     assert!(measured.stdout.contains("expected 16.4 kJ/m2 a day"), "{}", measured.stdout);
+    vitrine::picture::write_png_rgb8(&workshop.path("cat.jpg"), &[9; 12], 2, 2).unwrap();
+    let soft = told("").stderr;
+    assert!(soft.contains("cat.jpg has 2 x 2 pixels, the films 64 x 48: it will look soft"), "{soft}");
     let lines = super::support::SMALL.lines().count();
     let refused = told("[[schedule]]\nlevel = 0\n");
     assert_eq!(refused.code, Some(1));

@@ -8,6 +8,8 @@ const LEFT: f64 = 56.0;
 const RIGHT: f64 = 24.0;
 const TOP: f64 = 16.0;
 const BOTTOM: f64 = 40.0;
+/// About the width of a character.
+const CHARACTER: f64 = 7.0;
 
 /// A plot with its axes: from and to which value each goes, and where it is marked.
 pub(super) struct Chart<'a> {
@@ -47,7 +49,7 @@ impl Axis {
 
 impl Chart<'_> {
     /// Draws the lines, and a note above each of `notes`' places on the x axis.
-    pub(super) fn draw(&self, lines: &[Line], notes: &[(f64, &str)]) -> Markup {
+    pub(super) fn draw(&self, lines: &[Line], notes: &[(f64, String)]) -> Markup {
         let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
         html! {
             svg class="chart" role="img" aria-label=(self.description) viewBox={ "0 0 " (WIDTH) " " (HEIGHT) } {
@@ -70,6 +72,14 @@ impl Chart<'_> {
                 text x=(LEFT) y=(TOP - 4.0) text-anchor="end" { (self.y.title) }
             }
         }
+    }
+
+    /// Whether notes at these places, from left to right, stand clear of each other.
+    pub(super) fn has_room_for(&self, notes: &[(f64, String)]) -> bool {
+        notes.windows(2).all(|pair| {
+            let characters = pair[0].1.chars().count() + pair[1].1.chars().count() + 1;
+            self.x(pair[1].0) - self.x(pair[0].0) > CHARACTER * characters as f64 / 2.0
+        })
     }
 
     fn x(&self, value: f64) -> f64 {

@@ -1,8 +1,10 @@
 //! The lamps over the viewer's angle, as the controller chooses them.
 
+use std::collections::BTreeMap;
+
 use maud::{Markup, html};
 use vitrine_exhibit::chooser::smooth;
-use vitrine_exhibit::plan::{Between, Emphasis, Plan};
+use vitrine_exhibit::plan::{Between, Emphasis, Plan, View};
 use vitrine_exhibit::units::{Level, Milliseconds};
 use vitrine_exhibit::viewer::{Bearing, Selector};
 
@@ -22,7 +24,8 @@ pub(super) fn section(plan: &Plan) -> Markup {
             h2 id="emphasis" { "Emphasis over the angle" }
             p {
                 "The lamp levels that the controller gives a single viewer who walks past, by its own rules: the thin lines "
-                "are those of a walk to the left, which differ where a view is kept until another is clearly nearer."
+                "are those of a walk to the left, which differ where a view is kept until another is clearly nearer. Of views "
+                "in one direction, which are turned like pages, it has the first."
             }
             @for height in heights { (plot(plan, height)) }
             (legend(&[("top", "Top lamp"), ("bottom", "Bottom lamp")]))
@@ -42,9 +45,7 @@ fn plot(plan: &Plan, height: i16) -> Markup {
         lines.push(Line { class: bottom, points: stairs(walk, &pairs, |pair| pair.bottom) });
     }
     let degrees = f64::from(height) / 100.0;
-    let at_height = plan.views.iter().filter(|view| view.vertical.0 == height);
-    let notes: Vec<(f64, &str)> =
-        at_height.map(|view| (f64::from(view.horizontal.0) / 100.0, view.id.as_str())).collect();
+    let names = notes(plan, height, |_, id| id.to_owned());
     let description = format!("Lamp levels over the viewer's horizontal angle, at {degrees}° vertical");
     let marks = [-60, -30, 0, 30, 60].map(|angle| (f64::from(angle), format!("{angle}°")));
     let chart = Chart {
@@ -52,12 +53,34 @@ fn plot(plan: &Plan, height: i16) -> Markup {
         x: Axis { title: "Viewer's angle to the right", from: -60.0, to: 60.0, marks: marks.to_vec() },
         y: Axis::percent(""),
     };
+    let numbers = (!chart.has_room_for(&names)).then(|| notes(plan, height, |number, _| number.to_string()));
     html! {
         figure {
-            (chart.draw(&lines, &notes))
+            (chart.draw(&lines, numbers.as_ref().unwrap_or(&names)))
+            @if numbers.is_some() { figcaption { (key(plan, height)) } }
             @if degrees != 0.0 { figcaption { "Viewer at " (degrees) "° vertical" } }
         }
     }
+}
+
+/// Views at this height by their numbers, from 1.
+fn views_at(plan: &Plan, height: i16) -> impl Iterator<Item = (usize, &View)> {
+    (1..).zip(&plan.views).filter(move |(_, view)| view.vertical.0 == height)
+}
+
+/// What stands above each direction in which views lie, in degrees from left to right.
+fn notes(plan: &Plan, height: i16, word: impl Fn(usize, &str) -> String) -> Vec<(f64, String)> {
+    let mut words: BTreeMap<i16, Vec<String>> = BTreeMap::new();
+    for (number, view) in views_at(plan, height) {
+        words.entry(view.horizontal.0).or_default().push(word(number, &view.id));
+    }
+    words.into_iter().map(|(angle, words)| (f64::from(angle) / 100.0, words.join(", "))).collect()
+}
+
+/// Which number is which view.
+fn key(plan: &Plan, height: i16) -> String {
+    let views = views_at(plan, height).map(|(number, view)| format!("{number} {}", view.id));
+    views.collect::<Vec<_>>().join(", ")
 }
 
 /// The pairs at the angles of a walk, each of which lasts long enough for a choice.
@@ -103,6 +126,18 @@ mod tests {
         assert_eq!([at(-40), at(0), at(40)], [0, 1, 2].map(|view| plan.views[view].emphasis));
         // The boundary lies at 15 degrees; the view is kept for half the hysteresis more.
         assert_eq!([at(16), at(19)], [plan.views[1].emphasis, plan.views[2].emphasis]);
+    }
+
+    #[test]
+    fn names_do_not_lie_upon_each_other() {
+        let mut plan = super::super::tests::plan_of_three();
+        assert!(!plot(&plan, 0).into_string().contains("figcaption"));
+        plan.views[1].horizontal = plan.views[0].horizontal;
+        let paging = plot(&plan, 0).into_string();
+        assert!(paging.contains(">left, middle</text>"), "{paging}");
+        plan.views[1].horizontal.0 += 300;
+        let crowded = plot(&plan, 0).into_string();
+        assert!(crowded.contains(">2</text>") && crowded.contains("1 left, 2 middle, 3 right"), "{crowded}");
     }
 
     #[test]

@@ -5,6 +5,9 @@ use maud::{Markup, html};
 use super::super::report::Report;
 use crate::design::AsBuilt;
 
+/// Pairs for two viewers that are shown without being asked for.
+const MOST_PAIRS: usize = 15;
+
 /// Quality of each view in the optics of the design.
 pub(super) fn quality(report: &Report) -> Markup {
     html! {
@@ -110,19 +113,31 @@ fn lamp_table(report: &Report) -> Markup {
 }
 
 fn shared_table(report: &Report) -> Markup {
+    let pairs = report.shared.len();
     html! {
-        @if !report.shared.is_empty() {
-            (table("For two viewers at once: the pair that is best for both views", &["Views", "Top", "Bottom"], html! {
-                @for shared in &report.shared {
-                    tr {
-                        th scope="row" { (shared.views[0]) " and " (shared.views[1]) }
-                        td { (format!("{:.0} %", 100.0 * shared.pair.top)) }
-                        td { (format!("{:.0} %", 100.0 * shared.pair.bottom)) }
-                    }
-                }
-            }))
+        @if pairs > MOST_PAIRS {
+            details { summary { "The " (pairs) " pairs for two viewers at once" } (pair_table(report)) }
+        } @else if pairs > 0 {
+            (pair_table(report))
         }
     }
+}
+
+fn pair_table(report: &Report) -> Markup {
+    let columns = ["Views", "Top", "Bottom"];
+    table(
+        "For two viewers at once: the pair that is best for both views",
+        &columns,
+        html! {
+            @for shared in &report.shared {
+                tr {
+                    th scope="row" { (shared.views[0]) " and " (shared.views[1]) }
+                    td { (format!("{:.0} %", 100.0 * shared.pair.top)) }
+                    td { (format!("{:.0} %", 100.0 * shared.pair.bottom)) }
+                }
+            }
+        },
+    )
 }
 
 fn as_built_table(report: &Report, built: &AsBuilt) -> Markup {

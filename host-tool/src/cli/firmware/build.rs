@@ -23,7 +23,7 @@ Examples:
   vitrine firmware build --version 0.2.0-rc1 -o firmware
 
 Leaves in the folder:
-  firmware.uf2      boot loader and firmware, for a new board: hold BOOTSEL, plug it in, copy the file
+  firmware.uf2      boot loader and firmware, for a new board: hold BOOTSEL, plug it in, copy it
   firmware.bin      the same bytes, for a probe: they belong at 0x10000000
   firmware.signed   the firmware alone, for `vitrine firmware update`
   vitrine-pico.elf, vitrine-bootloader.elf    for probes, and for `vitrine log --live`")]

@@ -18,7 +18,7 @@ use crate::cli::output::Output;
 Examples:
   vitrine firmware keygen --secret exhibit.secret.pem --public exhibit.public.pem
 
-Keep the secret part where only those reach it who may change the firmware of your exhibits, and a
+Keep the secret part where only those reach it who may change the firmware of your exhibits, and a \
 copy of it elsewhere: if it is lost, boards can only be given new firmware by opening them.")]
 pub(super) struct Keygen {
     /// Where the secret part goes; the file must not be there yet.

@@ -22,8 +22,8 @@ Examples:
   vitrine firmware update firmware/firmware.signed
   vitrine firmware update firmware/firmware.signed --to /dev/ttyACM0 --dry-run
 
-The lamps go dark while the controller restarts. New firmware has a minute to show that it works,
-dark and with the lamps' supply on; otherwise the controller goes back to what ran before. The power
+The lamps go dark while the controller restarts. New firmware has a minute to show that it works, \
+dark and with the lamps' supply on; otherwise the controller goes back to what ran before. The power \
 may go at any moment. An older version is installed like a newer one.")]
 pub(super) struct Update {
     /// The signed image.

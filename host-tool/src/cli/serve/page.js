@@ -63,17 +63,21 @@ function showCommands(names, there) {
   for (const button of at("buttons").querySelectorAll("button:not(#lock)")) button.disabled = !there;
 }
 
-async function ask(what) {
-  const headers = { "Content-Type": "application/json", Authorization: `Bearer ${token}` };
+// Whether it was granted.
+async function post(path, key, what) {
+  const headers = { "Content-Type": "application/json", Authorization: `Bearer ${key}` };
   try {
-    const answer = await fetch("/ask", { method: "POST", headers, body: JSON.stringify(what) });
-    if (answer.ok) return;
+    const answer = await fetch(path, { method: "POST", headers, body: JSON.stringify(what) });
+    if (answer.ok) return true;
     at("note").textContent = await answer.text();
     if (answer.status === 401) keep(null);
   } catch {
     at("note").textContent = "vitrine serve does not answer: nothing was asked";
   }
+  return false;
 }
+
+const ask = (what) => post("/ask", token, what);
 
 function keep(given) {
   token = given;
@@ -83,11 +87,15 @@ function keep(given) {
   at("buttons").hidden = token === null;
 }
 
-at("unlock").addEventListener("submit", (event) => {
+at("unlock").addEventListener("submit", async (event) => {
   event.preventDefault();
   const given = at("token").value.trim();
   at("token").value = "";
-  if (/^[\x21-\x7e]+$/.test(given)) keep(given);
+  if (!/^[\x21-\x7e]+$/.test(given)) at("note").textContent = "this is not the access token";
+  else if (await post("/unlock", given, {})) {
+    at("note").textContent = "";
+    keep(given);
+  }
 });
 at("lock").addEventListener("click", () => keep(null));
 for (const button of document.querySelectorAll("[data-ask]")) {

@@ -28,7 +28,7 @@ enum Asked {
 pub(super) fn answer(request: &Request, gate: &Gate, hub: &Hub, commands: &Commands) -> Answer {
     let path = request.path.split('?').next().unwrap_or_default();
     let let_in = match path {
-        "/ask" => gate.lets_command(request),
+        "/ask" | "/unlock" => gate.lets_command(request),
         _ => gate.lets_look(request),
     };
     if let Err(refused) = let_in {
@@ -41,7 +41,8 @@ pub(super) fn answer(request: &Request, gate: &Gate, hub: &Hub, commands: &Comma
         ("GET", "/status.json") => status(hub),
         ("GET", "/events") => Answer::Events,
         ("POST", "/ask") => ask(request, hub, commands),
-        (_, "/" | "/page.js" | "/page.css" | "/status.json" | "/events" | "/ask") => {
+        ("POST", "/unlock") => Answer::words("200 OK", "this is the access token"),
+        (_, "/" | "/page.js" | "/page.css" | "/status.json" | "/events" | "/ask" | "/unlock") => {
             Answer::words("405 Method Not Allowed", "this is not done with what is here")
         }
         _ => Answer::words("404 Not Found", "there is nothing here; the page is /, the status /status.json"),

@@ -126,6 +126,32 @@ fn it_draws_on_any_size_of_screen() {
 }
 
 #[test]
+fn a_small_screen_shows_what_wants_attention_and_no_frames() {
+    let mut model = connected();
+    let mut dark = status();
+    dark.snapshot.dark = Some(DarkReason::InterlockOpen);
+    dark.snapshot.interlock = InterlockState::Open;
+    model.take(Update::Status(dark));
+    let text = screen(&model, 40, 10);
+    for words in ["the interlock is open", "interlock  open", "bottom  25.0 %", "somebody is there", "q quit"]
+    {
+        assert!(text.contains(words), "{words} is missing in\n{text}");
+    }
+}
+
+#[test]
+fn levels_show_without_colours_and_each_key_tells_its_view() {
+    let mut model = connected();
+    model.take(Update::Plan(Some(Box::new(vitrine_exhibit::testing::plan()))));
+    let text = screen(&model, 100, 30);
+    let bottom = text.lines().find(|line| line.contains("bottom")).expect("a lamp");
+    assert!(bottom.contains("█·"), "{bottom}");
+    let first = &vitrine_exhibit::testing::plan().views[0].id;
+    assert!(text.contains(&format!("1 {first}")), "{text}");
+    assert!(text.contains(" of "), "the day's budget is missing in\n{text}");
+}
+
+#[test]
 fn keys_ask_for_what_they_say() {
     let mut model = connected();
     assert_eq!(model.press(Key::View(2)), Some(Ask::Hold(2, Milliseconds(600_000))));
