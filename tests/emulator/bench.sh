@@ -4,7 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 
 usage() {
-  cat >&2 <<'END'
+  cat <<'END'
 Usage: tests/emulator/bench.sh [OPTION]...
 
 Without an option, all tests with the numbers of tests/run.sh. Each option runs its own part:
@@ -20,32 +20,35 @@ Without an option, all tests with the numbers of tests/run.sh. Each option runs 
 
 Examples:
   tests/emulator/bench.sh --trace /tmp/trace
+  tests/emulator/bench.sh --moments 10000 --cuts 5000 --frames 1000000 --hours 24      # all that tests/run.sh shortens
   tests/emulator/bench.sh --frames 500000 --from 500000
 END
 }
 
-fail() { printf 'bench.sh: %s\n' "$*" >&2; usage; exit 2; }
-number() { [[ ${2:-} =~ ^[1-9][0-9]*$ ]] || fail "$1 needs a number"; }
+fail() { printf 'bench.sh: %s\n' "$*" >&2; usage >&2; exit 2; }
+number() { [[ ${2:-} =~ ^[1-9][0-9]*$ ]] || fail "$1 needs a number from 1 on"; }
 
-tests=()
+tests=() from= long=
 while [ $# -gt 0 ]; do
   case "$1" in
     --trace)
       [ -n "${2:-}" ] || fail "--trace needs a folder"
-      mkdir -p "$2" && VITRINE_TRACE=$(realpath "$2") && export VITRINE_TRACE
+      { mkdir -p "$2" && [ -w "$2" ]; } || fail "no trace can be written to '$2'"
+      VITRINE_TRACE=$(realpath "$2") && export VITRINE_TRACE
       tests+=(visitors_come_walk_and_go) ;;
-    --moments) number "$@"; export VITRINE_MOMENTS=$2; tests+=(at_any_moment) ;;
-    --frames) number "$@"; export VITRINE_FRAMES=$2; tests+=(malformed_frames) ;;
-    --cuts) number "$@"; export VITRINE_CUTS=$2; tests+=(power_cuts_at_flash_steps) ;;
+    --moments) number "$@"; export VITRINE_MOMENTS=$2; long=1; tests+=(at_any_moment) ;;
+    --frames) number "$@"; export VITRINE_FRAMES=$2; long=1; tests+=(malformed_frames) ;;
+    --cuts) number "$@"; export VITRINE_CUTS=$2; long=1; tests+=(power_cuts_at_flash_steps) ;;
     --update-cuts) number "$@"; export VITRINE_UPDATE_CUTS=$2; tests+=(any_step_of_the_installation) ;;
     --hours) number "$@"; export VITRINE_HOURS=$2; tests+=(hours_of_visitors) ;;
-    --from) number "$@"; export VITRINE_MOMENTS_FROM=$2 VITRINE_FRAMES_FROM=$2 VITRINE_CUTS_FROM=$2 ;;
+    --from) number "$@"; from=$2; export VITRINE_MOMENTS_FROM=$2 VITRINE_FRAMES_FROM=$2 VITRINE_CUTS_FROM=$2 ;;
     --steps) tests+=(the_worst_step); shift; continue ;;
     -h | --help) usage; exit 0 ;;
     *) fail "unknown argument '$1'" ;;
   esac
   shift 2
 done
+[ -z "$from" ] || [ -n "$long" ] || fail "--from goes with --moments, --frames or --cuts"
 
 firmware/build.sh > /dev/null
 firmware/build.sh --bench > /dev/null

@@ -137,7 +137,15 @@ pub(crate) fn picture(run: &[Moment]) -> String {
             }
         }
     }
-    let seconds = (end - begin) / SECOND as f64;
-    let _ = writeln!(svg, "<text x=\"{MARGIN}\" y=\"{}\">0 to {seconds:.0} s</text>\n</svg>", height - 15.0);
+    let seconds = ((end - begin) / SECOND as f64).floor() as u32;
+    for second in (0..=seconds).step_by(10) {
+        let x = MARGIN + WIDTH * f64::from(second) * SECOND as f64 / (end - begin).max(1.0);
+        let _ = writeln!(
+            svg,
+            "<text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{second} s</text>",
+            height - 35.0
+        );
+    }
+    svg.push_str("</svg>\n");
     svg
 }

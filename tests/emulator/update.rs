@@ -233,7 +233,7 @@ fn a_power_cut_at_any_step_of_the_installation_leaves_an_image_that_runs() {
         assert_eq!(runs_after(&mut bench), OLD_PIN, "step {step}: nothing confirmed the new one");
         bench.power_off();
     }
-    println!("{cuts} of {steps} steps: {old} times the old image, {new} times the new one");
+    println!("{cuts} cuts over {steps} steps: {old} times the old image, {new} times the new one");
     assert_eq!(old + new, cuts);
 }
 
