@@ -148,8 +148,8 @@ fn the_third_hang_in_ten_minutes_latches_dark_over_power_cuts_until_a_rearm() {
         assert_eq!(status.snapshot.watchdog_resets, 3);
         let entries = host.log(&mut bench, 1);
         let told = |event| entries.iter().filter(|entry| entry.event == event).count();
-        assert_eq!(told(Event::ProgramEnded { end: ProgramEnd::Hang, at: 0 }), 3, "{:?}", entries);
-        assert!(told(Event::Dark(DarkReason::WatchdogResets)) >= 1, "{:?}", entries);
+        assert_eq!(told(Event::ProgramEnded { end: ProgramEnd::Hang, at: 0 }), 3, "{entries:?}");
+        assert!(told(Event::Dark(DarkReason::WatchdogResets)) >= 1, "{entries:?}");
         bench.power_off();
         bench.power_on();
     }
