@@ -52,16 +52,21 @@ fn text(clock: &ClockState, ahead_s: Option<i64>, set: bool) -> String {
         return "the controller does not know the time: set it with `vitrine clock --set`".to_owned();
     };
     let correction = match clock.record.last_error_s {
-        Some(correction) if set => format!("; it was {correction} s ahead"),
-        _ => ahead_s
-            .filter(|ahead| *ahead != 0)
-            .map(|ahead| format!("; {ahead} s ahead of this computer"))
-            .unwrap_or_default(),
+        Some(correction) if set => format!("; it was {}", apart(i64::from(correction))),
+        _ => {
+            ahead_s.filter(|ahead| *ahead != 0).map(|ahead| format!("; {}", apart(ahead))).unwrap_or_default()
+        }
     };
     let mut lines = vec![format!("{} from {}{correction}", time_text(now), source_text(clock.source))];
     lines.extend(clock.record.set_at.map(|at| format!("last set {}", time_text(at))));
     lines.extend(drift_text(clock.record));
     lines.join("\n")
+}
+
+/// How far the controller's time is from this computer's.
+fn apart(ahead_s: i64) -> String {
+    let side = if ahead_s < 0 { "behind" } else { "ahead of" };
+    format!("{} s {side} this computer", ahead_s.unsigned_abs())
 }
 
 /// What is known of the battery clock's drift; none while nothing is.
@@ -96,5 +101,24 @@ pub(super) fn source_text(source: ClockSource) -> &'static str {
         ClockSource::Battery => "the battery clock",
         ClockSource::Host => "a host",
         ClockSource::Computer => "the computer that simulates it",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_is_behind_or_ahead_by_no_negative_number() {
+        let at = |last_error_s| ClockState {
+            now: Some(UtcSeconds(1_795_379_862)),
+            source: ClockSource::Host,
+            record: ClockRecord { last_error_s: Some(last_error_s), ..ClockRecord::default() },
+        };
+        let slow = text(&at(-90), Some(0), true);
+        assert!(slow.contains("; it was 90 s behind this computer"), "{slow}");
+        let fast = text(&at(7), Some(7), false);
+        assert!(fast.contains("; 7 s ahead of this computer"), "{fast}");
+        assert!(!text(&at(7), Some(0), false).contains(" s "), "nothing to say");
     }
 }
