@@ -69,7 +69,7 @@ pub(super) struct Print {
     /// Every film on a sheet of its own, as large as it needs.
     #[arg(long, conflicts_with = "paper")]
     each: bool,
-    /// Print these films only, by their numbers: those that were spoilt, say.
+    /// Print these films only, by their numbers, and no assembly sheet: those that were spoilt, say.
     #[arg(long, value_name = "N,N", value_delimiter = ',', conflicts_with_all = ["wedge", "circles"])]
     films: Vec<usize>,
     /// Dots per inch along the width and the height.
@@ -226,7 +226,7 @@ impl Print {
             let files = files.map(|file| self.output.join(file).display().to_string());
             files.collect::<Vec<_>>().join("\n")
         });
-        if !(self.wedge || self.circles) {
+        if !(self.wedge || self.circles) && self.films.is_empty() {
             output.note(&format!("Build the stack as {} says", self.output.join("assembly.pdf").display()));
         }
         Ok(())

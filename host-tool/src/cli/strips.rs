@@ -89,18 +89,22 @@ pub(super) fn design_by_strips(
     let request = request.ok_or(DesignFailure::Memory { needed_mib, allowed_mib })?;
     let (stop, settings) = (request.small.stop.clone(), request.small.clone());
     let progress = &mut Progress::new(output.is_json());
-    let (strips, small, seconds) = stoppable(path, &stop, || {
+    let (strips, small, (seconds, bytes)) = stoppable(path, &stop, || {
         let begun = Instant::now();
         let (strips, small) = StripDesign::prepare(request, &mut |step| progress.report(step))?;
-        let seconds = match settings.settings.method {
+        let takes = match settings.settings.method {
             Method::LeastSquares => {
-                begun.elapsed().as_secs_f64() * enlargement(&stack, &small) * strips.solved_part()
+                let (seconds, larger) = (begun.elapsed().as_secs_f64(), enlargement(&stack, &small));
+                (seconds * larger * strips.solved_part(), film_bytes(&small.volume, depth) as f64 * larger)
             }
-            Method::Product => seconds_of_a_strip(&strips, depth)? * strips.strips() as f64,
+            Method::Product => {
+                let (seconds, bytes) = a_strip(&strips, depth)?;
+                (seconds * strips.strips() as f64, bytes as f64 * strips.strips() as f64)
+            }
         };
-        Ok((strips, small, seconds))
+        Ok((strips, small, takes))
     })?;
-    let foretold = foretell(exhibit, &strips, &small, depth, seconds);
+    let foretold = foretell(exhibit, &strips, &small, seconds, bytes);
     if dry_run {
         return Ok(Outcome::Foretold(foretold));
     }
@@ -150,25 +154,25 @@ fn enlargement(stack: &Stack, small: &design::Design) -> f64 {
     stack.film_len() as f64 / (small.volume.width() * small.volume.height()) as f64
 }
 
-/// How long the strip in the middle takes: all that the exhibit in small does beside it is done once.
-fn seconds_of_a_strip(strips: &StripDesign, depth: InkDepth) -> Result<f64, DesignError> {
+/// The seconds and the bytes of films that the strip in the middle takes: what the exhibit in small does beside it is
+/// done once, and its pictures are not as smooth.
+fn a_strip(strips: &StripDesign, depth: InkDepth) -> Result<(f64, usize), DesignError> {
     let begun = Instant::now();
     let strip = strips.strip(strips.strips() / 2, &mut |_| ())?;
-    film_bytes(&strip, depth);
-    Ok(begun.elapsed().as_secs_f64())
+    let bytes = film_bytes(&strip, depth);
+    Ok((begun.elapsed().as_secs_f64(), bytes))
 }
 
-/// Extrapolates from the exhibit in small; all strips take about `seconds`.
+/// Extrapolates from the exhibit in small; all strips take about `seconds` and `bytes`.
 fn foretell(
     exhibit: &Exhibit,
     strips: &StripDesign,
     small: &design::Design,
-    depth: InkDepth,
     seconds: f64,
+    bytes: f64,
 ) -> Foretold {
     let stack = exhibit.film_stack();
     let volume = &small.volume;
-    let larger = enlargement(&stack, small);
     let area_m2 = stack.width_mm * stack.height_mm() * 1e-6 * stack.films as f64;
     let mean = |channel: usize| {
         let values = volume.channel(channel);
@@ -178,7 +182,7 @@ fn foretell(
     Foretold {
         strips: strips.strips(),
         rows,
-        bytes: (film_bytes(volume, depth) as f64 * larger) as u64,
+        bytes: bytes as u64,
         minutes: seconds / 60.0,
         ink_ml: [0, 1, 2].map(|channel| mean(channel) * area_m2 * exhibit.print.ink_ml_m2),
     }

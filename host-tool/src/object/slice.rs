@@ -1,8 +1,9 @@
 //! From a model in a file to films.
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::build_folder::portable_name;
@@ -91,11 +92,12 @@ pub fn slice(
     sights: &[Sight],
 ) -> Result<Sliced, ModelError> {
     let model = Model::open(path)?;
-    let mut turned = Box3::EMPTY;
+    let (mut turned, mut kept) = (Box3::EMPTY, None);
     if Placement::needs_box(settings) {
         let around = Around::new(settings);
-        model.read(&around)?;
+        let notes = model.read(&around)?;
         turned = around.found();
+        kept = around.kept().map(|points| (points, notes));
         if turned.is_empty() {
             return Err(ModelError::Empty {
                 path: path.to_owned(),
@@ -106,7 +108,13 @@ pub fn slice(
     }
     let placement = Placement::new(settings, &turned, stack);
     let layers = Layers::new(stack, placement, settings);
-    let mut notes = model.read(&layers)?;
+    let mut notes = match kept {
+        Some((points, notes)) => {
+            points.par_iter().for_each(|points| layers.points(points));
+            notes
+        }
+        None => model.read(&layers)?,
+    };
     let tally = layers.tally();
     let open_columns = layers.fill();
     if open_columns > 0 {
@@ -146,36 +154,66 @@ pub fn slice(
     Ok(Sliced { layers, report, files: model.files() })
 }
 
-/// The box around a turned model.
+/// Points that are kept of a cloud while its box is looked for, so that it need not be read again: 384 MiB of them.
+const MOST_KEPT: usize = 12 << 20;
+
+/// The box around a turned model, and its points if they are all of it and not too many.
 struct Around {
     turn: Placement,
-    found: Mutex<Box3>,
+    seen: Mutex<Seen>,
+}
+
+struct Seen {
+    around: Box3,
+    /// None once there are too many, or anything else.
+    points: Option<Vec<Vec<Point>>>,
+    count: usize,
 }
 
 impl Around {
     fn new(settings: &ObjectSettings) -> Self {
-        Self { turn: Placement::turned(settings.turn_deg), found: Mutex::new(Box3::EMPTY) }
+        let seen = Seen { around: Box3::EMPTY, points: Some(Vec::new()), count: 0 };
+        Self { turn: Placement::turned(settings.turn_deg), seen: Mutex::new(seen) }
     }
 
-    fn hold(&self, positions: impl Iterator<Item = [f64; 3]>) {
+    fn box_of(&self, positions: impl Iterator<Item = [f64; 3]>) -> Box3 {
         let mut around = Box3::EMPTY;
         positions.for_each(|position| around.hold(self.turn.place(position)));
-        let mut found = self.found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        *found = found.with(around);
+        around
     }
 
-    fn found(self) -> Box3 {
-        self.found.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
+    fn seen(&self) -> MutexGuard<'_, Seen> {
+        self.seen.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn found(&self) -> Box3 {
+        self.seen().around
+    }
+
+    fn kept(self) -> Option<Vec<Vec<Point>>> {
+        self.seen.into_inner().unwrap_or_else(PoisonError::into_inner).points
     }
 }
 
 impl Sink for Around {
     fn points(&self, points: &[Point]) {
-        self.hold(points.iter().map(|point| point.position));
+        let around = self.box_of(points.iter().map(|point| point.position));
+        let mut seen = self.seen();
+        seen.around = seen.around.with(around);
+        seen.count += points.len();
+        if seen.count > MOST_KEPT {
+            seen.points = None;
+        }
+        if let Some(kept) = &mut seen.points {
+            kept.push(points.to_vec());
+        }
     }
 
     fn triangles(&self, triangles: &[Triangle], _: Option<&Texture>) {
-        self.hold(triangles.iter().flatten().map(|corner| corner.position));
+        let around = self.box_of(triangles.iter().flatten().map(|corner| corner.position));
+        let mut seen = self.seen();
+        seen.around = seen.around.with(around);
+        seen.points = None;
     }
 }
 
@@ -267,5 +305,19 @@ mod tests {
         let fitted = sliced("a.obj", CUBE, &ObjectSettings::default(), &[]).report;
         assert_eq!(fitted.tally.triangles_cut, 0);
         assert!(fitted.size_mm.unwrap().iter().all(|size| (size - 8.0).abs() < 1e-4));
+    }
+
+    #[test]
+    fn a_cloud_that_was_kept_is_laid_into_films_as_one_that_is_read_again() {
+        let cloud = |[x, y, z]: [i32; 3]| -> String {
+            (0..5000).map(|at| format!("{} {} {}\n", at % 83 - x, at % 61 - y, at % 17 - z)).collect()
+        };
+        let fitted = sliced("a.xyz", &cloud([0; 3]), &ObjectSettings::default(), &[]);
+        // About its own middle, no box is looked for.
+        let settings = ObjectSettings { unit_mm: Some(fitted.report.unit_mm), ..in_mm() };
+        let other = sliced("a.xyz", &cloud([41, 30, 8]), &settings, &[]);
+        assert_eq!(fitted.report.voxels_of_films, other.report.voxels_of_films);
+        assert_eq!(fitted.report.tally, other.report.tally);
+        assert_eq!(fitted.report.tally.on_films, 5000);
     }
 }

@@ -25,7 +25,7 @@ const CAPTION_MM: f64 = 6.5;
 const FIRST_TOP_MM: f64 = 128.0;
 const NEXT_TOP_MM: f64 = 30.0;
 
-/// The assembly sheet of all films, as a PDF file.
+/// The assembly sheet of all films, which all are printed, as a PDF file.
 ///
 /// # Errors
 /// Fails when a film cannot be read.
@@ -209,10 +209,7 @@ fn cell(
         _ if film + 1 == job.request.stack.films => "bottom, ".to_owned(),
         _ => String::new(),
     };
-    let where_to_find = match sheet {
-        Some(sheet) => format!("{place}sheet {}", sheet + 1),
-        None => format!("{place}not printed now"),
-    };
+    let where_to_find = format!("{place}sheet {}", sheet.unwrap_or_default() + 1);
     drawing.text(x + used + 1.5, y + room + 4.2, &where_to_find, Style::plain(2.8));
 }
 

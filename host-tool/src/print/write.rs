@@ -182,10 +182,12 @@ impl PrintJob {
             self.write_sheet(&folder, place, (index, sheet), formats, open, separation)?;
             tell(description.sheets[index].files.len());
         }
-        let assembly = assembly::sheet(self, open)?;
+        // A stack of which some films are printed anew has its sheet already.
+        let whole = self.request.films.len() == self.request.stack.films;
+        let assembly = whole.then(|| assembly::sheet(self, open)).transpose()?;
         let described = serde_json::to_vec_pretty(&description).map_err(io::Error::other)?;
         let profile = self.request.profiles.as_ref().map(|profiles| profiles.inks.clone());
-        let files = [("assembly.pdf", Some(assembly)), ("sheets.json", Some(described)), (PROFILE, profile)];
+        let files = [("assembly.pdf", assembly), ("sheets.json", Some(described)), (PROFILE, profile)];
         for (name, bytes) in files.iter().filter_map(|(name, bytes)| Some((*name, bytes.as_deref()?))) {
             folder.write(name, bytes).map_err(PrintError::Output).map_err(at(place.join(name)))?;
         }

@@ -142,6 +142,7 @@ fn spoilt_films_are_printed_anew() {
     let numbers: Vec<&Value> = films.iter().map(|film| &film["film"]).collect();
     assert_eq!((numbers, told["sheets"].as_array().unwrap().len()), (vec![&3.into(), &7.into()], 1));
     assert_eq!(told["estimate"]["films_read"], 2);
+    assert_eq!(names(&workshop.path("sheets")), ["sheet-01.pdf", "sheet-01.tif", "sheets.json"]);
     for wrong in ["0", "9"] {
         let finished = print(&workshop, &["--films", wrong]);
         assert_eq!(finished.code, Some(1), "{}", finished.stderr);

@@ -1,8 +1,16 @@
+use std::sync::LazyLock;
+
 use super::*;
 use crate::ink::{Dots, Inks, Separator, YIELDS};
 use proptest::prelude::*;
 
 const BOTH: [Halftone; 2] = [Halftone::BlueNoise, Halftone::ErrorDiffusion];
+
+/// Screens of square dots. The mask takes long to make, and is the same for all.
+fn square(halftone: Halftone, levels: u16) -> Screens {
+    static MASK: LazyLock<Arc<Mask>> = LazyLock::new(|| Screens::new(Halftone::BlueNoise, 2, 1.0).mask);
+    Screens { halftone, mask: MASK.clone(), top: (levels - 1) as u8 }
+}
 
 /// The only pixel of a row of `width` dots.
 fn pixel(width: usize, coverages: [f32; 3]) -> [Run; 1] {
@@ -45,7 +53,7 @@ proptest! {
         film in 0_usize..40,
     ) {
         for halftone in BOTH {
-            let screens = Screens::new(halftone, levels, 1.0);
+            let screens = square(halftone, levels);
             let planes = area(&screens, film, 64, 64, coverages);
             for ((red, green), blue) in planes[0].iter().zip(&planes[1]).zip(&planes[2]) {
                 prop_assert!([red, green, blue].into_iter().filter(|&&level| level > 0).count() <= 1);
@@ -64,7 +72,7 @@ proptest! {
     fn white_stays_white_in_dots(value in 0.0_f32..=1.0, levels in prop_oneof![Just(2_u16), Just(4)]) {
         let dots = if levels == 2 { Dots::Binary } else { Dots::Levels(levels) };
         let (coverages, _) = Separator::new(&Inks { dots, ..Inks::default() }).spot([value; 3]);
-        let screens = Screens::new(Halftone::BlueNoise, levels, 1.0);
+        let screens = square(Halftone::BlueNoise, levels);
         let planes = area(&screens, 3, 64, 64, coverages);
         let light = [0, 1, 2].map(|ink| mean(&planes[ink], screens.top()) * YIELDS[ink]);
         for pair in [(light[0], light[1]), (light[1], light[2])] {
@@ -98,7 +106,7 @@ fn films_do_not_swim_against_each_other() {
     const FILMS: usize = 12;
     for halftone in BOTH {
         for coverage in [0.1, 0.35] {
-            let screens = Screens::new(halftone, 2, 1.0);
+            let screens = square(halftone, 2);
             let dots =
                 |film| area(&screens, film, SIDE, SIDE, [0.0, coverage, 0.0]).into_iter().nth(1).unwrap();
             let own: Vec<Vec<u8>> = (0..FILMS).map(dots).collect();
@@ -134,7 +142,7 @@ fn pixels_of_a_row_are_laid_out_each_by_its_own_amounts() {
     let ends = [90, 100, 260, 261];
     let runs: Vec<Run> = runs.iter().zip(ends).map(|(&coverages, end)| pixel(end, coverages)[0]).collect();
     for halftone in BOTH {
-        let mut screen = Screens::new(halftone, 2, 1.0).film(2, 261);
+        let mut screen = square(halftone, 2).film(2, 261);
         let mut sums = [0_usize; 4];
         for row in 0..64 {
             let mut dots = [Dot::new(0, 1); 261];
@@ -156,7 +164,7 @@ fn pixels_of_a_row_are_laid_out_each_by_its_own_amounts() {
 fn nothing_and_everything_are_laid_out_whole() {
     for halftone in BOTH {
         for levels in [2, 4] {
-            let screens = Screens::new(halftone, levels, 1.0);
+            let screens = square(halftone, levels);
             assert!(area(&screens, 1, 70, 10, [0.0; 3]).iter().flatten().all(|&level| level == 0));
             assert!(
                 area(&screens, 1, 70, 10, [0.0, 1.0, 0.0])[1].iter().all(|&level| level == screens.top())

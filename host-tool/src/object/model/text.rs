@@ -15,16 +15,18 @@ const PARTS: usize = 32;
 /// The longest line, in bytes.
 pub(super) const LONGEST_LINE: usize = 1 << 20;
 
-/// Reads the file at `path` in blocks of whole lines; `read` is given the number of the first line of its part, from 1,
-/// and the part. Parts of a block are read at once, and the first error in the file is the one that is told.
-pub(super) fn read_blocks(
+/// Reads `file`, the one at `path`, in blocks of whole lines, the first of which has the number `line`. What `read` makes
+/// of the parts of a block, each of which begins with the line of the number it is given, goes to `take` in the file's
+/// order; that says whether more is wanted. Parts of a block are read at once.
+pub(super) fn read_blocks<T: Send>(
     path: &Path,
     mut file: File,
-    read: impl Fn(u64, &[u8]) -> Result<(), ModelError> + Sync,
+    mut line: u64,
+    read: impl Fn(u64, &[u8]) -> T + Sync,
+    mut take: impl FnMut(Vec<T>) -> Result<bool, ModelError>,
 ) -> Result<(), ModelError> {
     let unreadable = |source| ModelError::Unreadable { path: path.to_owned(), source };
     let mut block = Vec::with_capacity(BLOCK);
-    let mut line = 1;
     loop {
         let room = (BLOCK - block.len()) as u64;
         let got = file.by_ref().take(room).read_to_end(&mut block).map_err(unreadable)?;
@@ -47,9 +49,9 @@ pub(super) fn read_blocks(
         let counts: Vec<u64> = parts.par_iter().map(|part| lines_in(part)).collect();
         let firsts = counts.iter().scan(line, |next, count| Some(std::mem::replace(next, *next + count)));
         let work: Vec<(u64, &[u8])> = firsts.zip(parts.iter().copied()).collect();
-        let results: Vec<Result<(), ModelError>> =
-            work.par_iter().map(|(first, part)| read(*first, part)).collect();
-        results.into_iter().collect::<Result<(), _>>()?;
+        if !take(work.par_iter().map(|(first, part)| read(*first, part)).collect())? {
+            return Ok(());
+        }
         line += counts.iter().sum::<u64>();
         block.drain(..whole);
     }
@@ -112,8 +114,69 @@ impl Lines {
     }
 }
 
-/// The words of a line, parted by blanks, commas or semicolons.
-pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &str> {
-    let parted = |byte: &u8| byte.is_ascii_whitespace() || matches!(byte, b',' | b';');
-    line.split(parted).filter(|word| !word.is_empty()).map(|word| std::str::from_utf8(word).unwrap_or("?"))
+/// The numbers of a line, parted by blanks, commas or semicolons; an error names the word that is none.
+pub(super) struct Numbers<'a>(&'a [u8]);
+
+impl<'a> Numbers<'a> {
+    pub(super) fn of(line: &'a [u8]) -> Self {
+        Self(line)
+    }
+}
+
+impl Iterator for Numbers<'_> {
+    type Item = Result<f64, String>;
+
+    #[inline]
+    fn next(&mut self) -> Option<Self::Item> {
+        let begin = self.0.iter().position(|byte| !parts_numbers(byte))?;
+        let rest = &self.0[begin..];
+        match fast_float2::parse_partial::<f64, _>(rest) {
+            Ok((number, length)) if rest.get(length).is_none_or(parts_numbers) => {
+                self.0 = &rest[length..];
+                Some(Ok(number))
+            }
+            _ => {
+                let end = rest.iter().position(parts_numbers).unwrap_or(rest.len());
+                let word = String::from_utf8_lossy(&rest[..end]);
+                self.0 = &rest[end..];
+                Some(Err(format!("\"{}\" is no number", word.chars().take(24).collect::<String>())))
+            }
+        }
+    }
+}
+
+#[inline]
+fn parts_numbers(byte: &u8) -> bool {
+    byte.is_ascii_whitespace() || matches!(byte, b',' | b';')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn numbers(line: &str) -> Result<Vec<f64>, String> {
+        Numbers::of(line.as_bytes()).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn numbers_are_those_that_the_language_reads(values in proptest::collection::vec(any::<f64>(), 0..6)) {
+            let line: Vec<String> = values.iter().map(|value| format!("{value:?}")).collect();
+            let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+            let known: Vec<f64> = line.iter().map(|word| word.parse().unwrap()).collect();
+            prop_assert_eq!(bits(&numbers(&line.join(" ;, ")).unwrap()), bits(&known));
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_is_named() {
+        assert_eq!(numbers(" +1.5,.5;-2e3\t7 \r").unwrap(), [1.5, 0.5, -2000.0, 7.0]);
+        assert!(numbers("inf NaN").unwrap()[1].is_nan());
+        for (line, word) in
+            [("1 2x 3", "2x"), ("1 - 2", "-"), ("1e", "1e"), ("0x10", "0x10"), ("1.2.3", "1.2.3")]
+        {
+            assert_eq!(numbers(line).unwrap_err(), format!("\"{word}\" is no number"));
+        }
+    }
 }

@@ -10,7 +10,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::error::{ModelError, Place};
-use super::text::{read_blocks, words};
+use super::text::{Numbers, read_blocks};
 use super::{POINTS_AT_ONCE, open};
 use crate::object::shape::{Point, Sink, UNCOLOURED};
 
@@ -38,7 +38,7 @@ struct Columns {
 pub(super) fn read(path: &Path, sink: &dyn Sink) -> Result<Vec<String>, ModelError> {
     let (file, _) = open(path)?;
     let columns = columns(path, &file)?;
-    read_blocks(path, open(path)?.0, |first, part| {
+    let read = |first: u64, part: &[u8]| {
         let mut points = Vec::with_capacity(POINTS_AT_ONCE);
         for (line, number) in part.split(|byte| *byte == b'\n').zip(first..) {
             if number < columns.first_line || is_comment(line) {
@@ -52,6 +52,10 @@ pub(super) fn read(path: &Path, sink: &dyn Sink) -> Result<Vec<String>, ModelErr
         }
         sink.points(&points);
         Ok(())
+    };
+    read_blocks(path, open(path)?.0, 1, read, |parts| {
+        parts.into_iter().collect::<Result<(), ModelError>>()?;
+        Ok(true)
     })?;
     Ok(match columns.count {
         3 => vec!["the text has no colours: its points are white".to_owned()],
@@ -105,18 +109,14 @@ fn columns(path: &Path, file: &File) -> Result<Columns, ModelError> {
 }
 
 /// Reads the numbers of a line; returns how many there are, at most [`MOST_NUMBERS`] being looked at.
+#[inline]
 fn numbers_of(line: &[u8], numbers: &mut [f64; MOST_NUMBERS]) -> Result<usize, String> {
     let mut count = 0;
-    for (word, number) in words(line).zip(numbers.iter_mut()) {
-        *number = word.parse().map_err(|_| format!("\"{}\" is no number", shortened(word)))?;
+    for (found, number) in Numbers::of(line).zip(numbers.iter_mut()) {
+        *number = found?;
         count += 1;
     }
     Ok(count)
-}
-
-/// At most the first characters of a word, for a message.
-fn shortened(word: &str) -> String {
-    word.chars().take(24).collect()
 }
 
 impl Columns {

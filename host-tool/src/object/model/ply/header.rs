@@ -132,6 +132,15 @@ impl Element {
 }
 
 impl Header {
+    /// Whether the file is a text that holds nothing but vertices, each of the same numbers.
+    pub(super) fn is_text_cloud(&self) -> bool {
+        let mut filled = self.elements.iter().filter(|element| element.count > 0);
+        let vertices = filled.next().filter(|element| element.name == "vertex");
+        self.encoding == Encoding::Ascii
+            && filled.next().is_none()
+            && vertices.is_some_and(|element| element.fixed_bytes().is_some())
+    }
+
     /// Reads the header; `reader` then stands before the data.
     pub(super) fn read(path: &Path, reader: &mut impl BufRead) -> Result<Self, ModelError> {
         let mut limited = reader.take(LONGEST_HEADER);

@@ -12,7 +12,7 @@ use super::error::{ModelError, Place};
 use super::{MOST_VERTICES, POINTS_AT_ONCE, TriangleBatch, block_points, open};
 use crate::object::shape::{Corner, Point, Sink, UNCOLOURED};
 use header::{Element, Encoding, Header, Kind};
-use source::Source;
+use source::{AsciiSource, Source};
 
 /// Names under which the indices of a face's corners go.
 const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
@@ -38,6 +38,10 @@ pub(super) fn read(path: &Path, sink: &dyn Sink) -> Result<Vec<String>, ModelErr
     let mut source = Source::new(path, &header, reader, length);
     for element in &header.elements {
         match element.name.as_str() {
+            "vertex" if header.is_text_cloud() => {
+                let point = |numbers: &[f64]| vertices.point(|index| numbers[index]);
+                AsciiSource::points(path, &header, element, point, sink)?;
+            }
             "vertex" => read_vertices(&mut source, element, &vertices, mesh.as_mut(), sink)?,
             "face" => read_faces(&mut source, element, mesh.as_deref().unwrap_or_default(), sink)?,
             _ => {

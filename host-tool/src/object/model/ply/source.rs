@@ -1,12 +1,16 @@
 //! The data of a PLY file: element by element, or in blocks.
 
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
+
+use rayon::prelude::*;
 
 use super::header::{Element, Encoding, Header};
 use crate::object::model::error::{ModelError, Place};
-use crate::object::model::text::{Lines, words};
+use crate::object::model::open;
+use crate::object::model::text::{Lines, Numbers, read_blocks};
+use crate::object::shape::{Point, Sink};
 
 /// Bytes of a block.
 const BLOCK: usize = 8 << 20;
@@ -80,6 +84,57 @@ impl<'a> Source<'a> {
 }
 
 impl AsciiSource {
+    /// Hands on what `point` makes of the numbers of the `element`s behind the header of the file at `path`, which are its
+    /// last and have no lists, from all threads.
+    pub(super) fn points(
+        path: &Path,
+        header: &Header,
+        element: &Element,
+        point: impl Fn(&[f64]) -> Point + Sync,
+        sink: &dyn Sink,
+    ) -> Result<(), ModelError> {
+        let (mut file, _) = open(path)?;
+        let sought = file.seek(SeekFrom::Start(header.bytes));
+        sought.map_err(|source| ModelError::Unreadable { path: path.to_owned(), source })?;
+        let read = |first: u64, part: &[u8]| {
+            let mut record = Record::default();
+            let mut points = Vec::new();
+            for (line, number) in part.split(|byte| *byte == b'\n').zip(first..) {
+                let line = line.trim_ascii_end();
+                if line.is_empty() {
+                    continue;
+                }
+                match record.read_line(line, element, usize::MAX) {
+                    Ok(()) => points.push(point(&record.numbers)),
+                    Err(what) => return (points, Some((number, what))),
+                }
+            }
+            (points, None)
+        };
+        let mut left = element.count;
+        read_blocks(path, file, header.lines + 1, read, |parts| {
+            let mut wanted = Vec::new();
+            for (mut points, wrong) in parts {
+                points.truncate(usize::try_from(left).unwrap_or(usize::MAX));
+                left -= points.len() as u64;
+                wanted.push(points);
+                // What stands behind the last element is of no concern.
+                if let (Some((number, what)), true) = (wrong, left > 0) {
+                    return Err(ModelError::damaged(path, Place::Line(number), what));
+                }
+            }
+            wanted.par_iter().for_each(|points| sink.points(points));
+            Ok(left > 0)
+        })?;
+        match left {
+            0 => Ok(()),
+            _ => {
+                let what = format!("the file ends before its last {}", element.name);
+                Err(ModelError::damaged(path, Place::Line(header.lines + element.count - left + 1), what))
+            }
+        }
+    }
+
     fn record(&mut self, element: &Element, list: usize) -> Result<&Record, ModelError> {
         let Self { lines, record, .. } = self;
         let line = loop {
@@ -100,12 +155,9 @@ impl Record {
     fn read_line(&mut self, line: &[u8], element: &Element, list: usize) -> Result<(), String> {
         self.numbers.clear();
         self.list.clear();
-        let mut words = words(line);
-        let mut number = || -> Result<f64, String> {
-            let word = words.next().ok_or_else(|| format!("a {} has too few numbers", element.name))?;
-            word.parse()
-                .map_err(|_| format!("\"{}\" is no number", word.chars().take(24).collect::<String>()))
-        };
+        let mut numbers = Numbers::of(line);
+        let mut number =
+            || numbers.next().unwrap_or_else(|| Err(format!("a {} has too few numbers", element.name)));
         for (index, property) in element.properties.iter().enumerate() {
             let first = number()?;
             self.numbers.push(first);
