@@ -63,6 +63,16 @@ fn equation_1(bencher: Bencher, views: &str) {
     bencher.bench(|| product(black_box(&wanted), &mut |_| ()));
 }
 
+/// A design of films that absorb, seen from arm's length, with all errors of hands and viewers expected.
+#[divan::bench(args = [("three", 256), ("three", 512), ("four", 512)], sample_count = 3)]
+fn robust_design(bencher: Bencher, (views, pixels): (&str, usize)) {
+    let views = if views == "three" { &THREE[..] } else { &FOUR[..] };
+    let settings = DesignSettings { optics: OpticsModel::Stack, ..paper(Method::LeastSquares, Tone::Linear) };
+    let mut wanted = request(views, pixels, settings);
+    wanted.distance = ViewerDistance::Millimetres(600.0);
+    bencher.bench(|| design(black_box(&wanted), &mut |_| ()));
+}
+
 /// A whole design in code values, from patterns to measures, at growing size.
 #[divan::bench(args = [("three", 256), ("three", 512), ("three", 1024), ("four", 512)], sample_count = 3)]
 fn whole_design(bencher: Bencher, (views, pixels): (&str, usize)) {

@@ -23,6 +23,7 @@ mod request;
 mod result;
 mod robust;
 mod scale;
+mod sixteen;
 mod stop;
 mod strips;
 mod structure;

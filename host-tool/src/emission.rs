@@ -77,12 +77,12 @@ impl Emission {
             return Cow::Borrowed(ink);
         }
         let mut glow = ink.clone();
-        bend(&mut glow, |ink| self.glow(ink));
+        bend(glow.values_mut(), |ink| self.glow(ink));
         Cow::Owned(glow)
     }
 
-    /// Turns a volume of glow into the ink that glows so.
-    pub fn turn_into_ink(&self, glow: &mut Volume) {
+    /// Turns glow into the ink that glows so.
+    pub fn turn_into_ink(&self, glow: &mut [f32]) {
         if !self.is_straight() {
             bend(glow, |glow| self.ink(glow));
         }
@@ -120,8 +120,8 @@ impl Emission {
     }
 }
 
-fn bend(volume: &mut Volume, curve: impl Fn(f64) -> f64 + Sync) {
-    volume.values_mut().par_iter_mut().for_each(|value| *value = curve(f64::from(*value)) as f32);
+fn bend(values: &mut [f32], curve: impl Fn(f64) -> f64 + Sync) {
+    values.par_iter_mut().for_each(|value| *value = curve(f64::from(*value)) as f32);
 }
 
 #[cfg(test)]

@@ -1,8 +1,6 @@
 //! What a design shows when it is built by human hands and looked at by people: films lie beside their places, gaps
 //! are not quite as thick as they should be, viewers stand a little to the side, nearer or further.
 
-use rayon::prelude::*;
-
 use serde::{Deserialize, Serialize};
 
 use super::request::{DesignRequest, ViewRequest};
@@ -131,8 +129,8 @@ pub fn built_by_hand(
     seed: u64,
 ) -> AsBuilt {
     let light = Emission::of(&request.stack).light(volume);
+    // One stack after the other, each on all threads: as many at once as there are threads would need their pictures.
     let looks: Vec<Vec<(f64, f64)>> = (0..stacks)
-        .into_par_iter()
         .map(|stack| {
             let built = Built::at_random(request, errors, seed.wrapping_add(stack as u64));
             let views = request.views.iter().zip(pairs);

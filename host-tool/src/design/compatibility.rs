@@ -159,7 +159,7 @@ impl Coarse {
         let (mut volume, lighting) = joint::settle(request, None, &[], &mut |_| ());
         let channel = volume.channel(FINE_CHANNEL).to_vec();
         let request = reduced(request, volume.width().max(volume.height()));
-        request.emission().turn_into_ink(&mut volume);
+        request.emission().turn_into_ink(volume.values_mut());
         volume.quantise(request.settings.ink_depth);
         let design = Design::of(&request, volume);
         Self { request, design, lighting, channel }
@@ -195,9 +195,9 @@ fn expected(request: &DesignRequest, coarse: &Coarse, fine: &[Picture]) -> Vec<E
         Erring::of(&fit(shown, &pattern, request.settings.tone).picture, &pattern)
     };
     let views = coarse.design.views.iter().zip(&coarse.request.views).zip(&request.views).zip(fine);
-    let expected = views.map(|(((designed, wanted), full), fine)| {
+    let expected = views.enumerate().map(|(view, (((designed, wanted), full), fine))| {
         let all = Erring::of(&designed.shown, &wanted.pattern);
-        let small = fitted(&of_channel(&designed.projection), &wanted.pattern);
+        let small = fitted(&of_channel(&coarse.design.projection(&coarse.request, view)), &wanted.pattern);
         let fine = fitted(fine, &full.pattern);
         Erring {
             mean_square_error: all.mean_square_error * fine.mean_square_error / small.mean_square_error,

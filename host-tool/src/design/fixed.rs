@@ -37,11 +37,14 @@ impl FixedInk {
 
     /// Puts the ink where it belongs.
     pub(super) fn put_into(&self, volume: &mut Volume) {
-        for channel in 0..CHANNELS {
-            let voxels = volume.channel_mut(channel).iter_mut().zip(self.volume.channel(channel));
-            for ((value, fixed), _) in voxels.zip(self.voxels.iter()).filter(|(_, held)| **held) {
-                *value = *fixed;
-            }
+        (0..CHANNELS).for_each(|channel| self.put_into_channel(channel, volume.channel_mut(channel)));
+    }
+
+    /// Puts the ink of one channel where it belongs in its films (film, row, column).
+    pub(super) fn put_into_channel(&self, channel: usize, films: &mut [f32]) {
+        let voxels = films.iter_mut().zip(self.volume.channel(channel));
+        for ((value, fixed), _) in voxels.zip(self.voxels.iter()).filter(|(_, held)| **held) {
+            *value = *fixed;
         }
     }
 

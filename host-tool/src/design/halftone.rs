@@ -29,7 +29,8 @@ pub(super) fn halftone(
     let targets = match request.settings.method {
         Method::LeastSquares => request.targets(),
         Method::Product => {
-            design.views.iter().map(|view| shown(&view.projection, view.quality.gain)).collect()
+            let gains = design.views.iter().map(|view| view.quality.gain).enumerate();
+            gains.map(|(view, gain)| shown(&design.projection(request, view), gain)).collect()
         }
     };
     let problem = set_up(request, &targets, &lighting(request, &design), None);
@@ -43,7 +44,7 @@ pub(super) fn halftone(
         let targets: Vec<&[f32]> = targets.iter().map(|target| target.channel(channel)).collect();
         problem.of_yield(ink_yield).settle(&targets, films, &glows);
     });
-    emission.turn_into_ink(&mut glow);
+    emission.turn_into_ink(glow.values_mut());
     for (ink, settled) in volume.values_mut().iter_mut().zip(glow.values()) {
         *ink = (settled * steps).round() / steps;
     }
@@ -109,9 +110,10 @@ mod tests {
 
     /// Squared difference of what two volumes show, over all views.
     fn loss(request: &DesignRequest, volume: &Volume, given: &Volume) -> f64 {
-        let shown = |volume: &Volume| Design::of(request, volume.clone()).views;
-        let views = shown(volume).into_iter().zip(shown(given));
-        views.map(|(a, b)| mean_square_error(a.projection.values(), b.projection.values())).sum()
+        let [one, other] = [volume, given].map(|volume| Design::of(request, volume.clone()));
+        let shown = |design: &Design, view: usize| design.projection(request, view);
+        let views = 0..request.views.len();
+        views.map(|view| mean_square_error(shown(&one, view).values(), shown(&other, view).values())).sum()
     }
 
     #[test]

@@ -11,14 +11,16 @@ use rayon::prelude::*;
 
 use super::emphasis::LampSums;
 use super::fixed::FixedInk;
-use super::least_squares::Effort;
-use super::optimise::{Lighting, design_weights, improve, set_up};
+use super::least_squares::{Effort, Problem};
+use super::optimise::{Colours, Lighting, design_weights, improve, set_up};
 use super::request::{DesignRequest, DesignSettings, OpticsModel, Progress};
-use super::scale::{enlarged_volume, reduced};
+use super::scale::{enlarge_planes, enlarged_volume, reduced};
+use super::sixteen::{from_sixteen_bits, to_sixteen_bits};
 use crate::measure::{fit, percentiles, psnr_db};
 use crate::optics::{LampPair, film_weights};
 use crate::picture::Picture;
 use crate::projection::{Rays, project_along};
+use crate::stack::Stack;
 use crate::volume::Volume;
 
 /// Pixels along the longer side of the films on which starts are compared, and of the next larger ones.
@@ -52,16 +54,44 @@ pub(super) fn solve(
     let fixed = fixed.map(|fixed| fixed.glowing(&request.emission()));
     let fixed = fixed.as_ref();
     let (settled, lighting) = settle(request, fixed, known, report);
-    let mut volume = enlarged_volume(&settled, request.stack.width_px, request.stack.height_px);
-    drop(settled);
-    if let Some(fixed) = fixed {
-        fixed.put_into(&mut volume);
-    }
-    let effort = effort(&request.settings);
     let problem = set_up(request, &request.targets(), &lighting, fixed);
-    improve(request, &problem, &mut volume, effort, report);
-    request.emission().turn_into_ink(&mut volume);
-    (volume, lighting)
+    (solve_each_colour(request, &problem, settled, fixed, report), lighting)
+}
+
+/// Solves one colour after the other from where the smaller films `start` are. The solver takes several times the memory
+/// of the colour that it is at; the others wait in 16 bits, or have not been enlarged.
+fn solve_each_colour(
+    request: &DesignRequest,
+    problem: &Problem,
+    start: Volume,
+    fixed: Option<&FixedInk>,
+    report: &mut dyn FnMut(Progress),
+) -> Volume {
+    let stack = &request.stack;
+    let size = (stack.width_px, stack.height_px);
+    let mut films = vec![0.0; stack.films * stack.film_len()];
+    let mut colours = Colours::new(request, problem, effort(&request.settings));
+    let from = (start.width(), start.height());
+    let starts = [0, 1, 2].map(|channel| start.channel(channel).to_vec());
+    drop(start);
+    let mut solved: Vec<Vec<u16>> = Vec::new();
+    for (channel, start) in starts.into_iter().enumerate() {
+        enlarge_planes(&start, from, &mut films, size, 0..stack.height_px);
+        drop(start);
+        if let Some(fixed) = fixed {
+            fixed.put_into_channel(channel, &mut films);
+        }
+        colours.improve(channel, &mut films, report);
+        request.emission().turn_into_ink(&mut films);
+        solved.push(films.par_iter().map(|ink| to_sixteen_bits(*ink)).collect());
+    }
+    drop(films);
+    let mut volume = Volume::new(stack.films, stack.height_px, stack.width_px);
+    for (channel, solved) in solved.into_iter().enumerate() {
+        let inks = volume.channel_mut(channel).par_iter_mut().zip(solved);
+        inks.for_each(|(ink, bits)| *ink = from_sixteen_bits(bits));
+    }
+    volume
 }
 
 /// Finds the lamps on small films, and a volume of glow to begin from, smaller than the request's. What is fixed glows too.
@@ -90,6 +120,14 @@ pub(super) fn settle(
         pixels *= 2;
     }
     (state.volume, state.lighting)
+}
+
+/// The voxels of the films from which the last ones begin, as a part of the stack's.
+pub(super) fn start_part(stack: &Stack) -> f64 {
+    let longer = stack.width_px.max(stack.height_px);
+    let sizes = std::iter::successors(Some(SETTLE_PIXELS), |pixels| Some(2 * pixels));
+    let settled = sizes.take_while(|pixels| *pixels < longer).last().unwrap_or(SEARCH_PIXELS);
+    (settled as f64 / longer as f64).min(1.0).powi(2)
 }
 
 /// When the optimiser stops.
@@ -267,7 +305,6 @@ mod tests {
     use crate::design::{DesignSettings, ViewRequest};
     use crate::optics::Direction;
     use crate::projection::ViewerDistance;
-    use crate::stack::Stack;
     use vitrine_exhibit::units::Lamp;
 
     fn request(views: usize) -> DesignRequest {

@@ -117,17 +117,38 @@ pub(super) fn improve(
     effort: Effort,
     report: &mut dyn FnMut(Progress),
 ) {
-    let weight: f32 = problem.views.iter().map(|view| view.weight).sum();
-    let full = f64::from(weight) * request.stack.film_len() as f64;
-    let decibels = |loss: f64| -10.0 * loss.max(1e-12).log10();
-    let mut losses = Vec::new();
-    for (channel, ink_yield) in request.emission().yields().into_iter().enumerate() {
-        let problem = problem.of_yield(ink_yield);
+    let mut colours = Colours::new(request, problem, effort);
+    for channel in 0..CHANNELS {
+        colours.improve(channel, volume.channel_mut(channel), report);
+    }
+}
+
+/// The colours of a design, improved one after the other.
+pub(super) struct Colours<'a> {
+    request: &'a DesignRequest,
+    problem: &'a Problem,
+    effort: Effort,
+    /// Mean squared errors of the colours so far.
+    losses: Vec<f64>,
+}
+
+impl<'a> Colours<'a> {
+    pub(super) fn new(request: &'a DesignRequest, problem: &'a Problem, effort: Effort) -> Self {
+        Self { request, problem, effort, losses: Vec::new() }
+    }
+
+    /// Lowers the loss of the next colour, `channel`, from where `films` (film, row, column) are.
+    pub(super) fn improve(&mut self, channel: usize, films: &mut [f32], report: &mut dyn FnMut(Progress)) {
+        let Self { request, effort, losses, .. } = self;
+        let weight: f32 = self.problem.views.iter().map(|view| view.weight).sum();
+        let full = f64::from(weight) * request.stack.film_len() as f64;
+        let decibels = |loss: f64| -10.0 * loss.max(1e-12).log10();
+        let problem = self.problem.of_yield(request.emission().yields()[channel]);
         let targets = request.channel_targets(channel);
         let targets: Vec<&[f32]> = targets.iter().map(Cow::as_ref).collect();
         losses.push(0.0);
         let mut seen: Vec<(usize, f64)> = Vec::new();
-        problem.solve(&targets, volume.channel_mut(channel), effort, &mut |iteration, loss| {
+        problem.solve(&targets, films, *effort, &mut |iteration, loss| {
             losses[channel] = loss / full;
             seen.push((iteration, loss));
             let earlier = seen.iter().rev().find(|(before, _)| iteration >= before + PATIENCE);

@@ -300,12 +300,15 @@ impl DesignRequest {
 
     /// Returns the patterns in the values in which films add up.
     pub fn targets(&self) -> Vec<Picture> {
-        let tone = self.settings.tone;
-        let target = |view: &ViewRequest| match tone {
-            Tone::Linear => view.pattern.decoded(),
-            Tone::Code => view.pattern.clone(),
-        };
-        self.views.iter().map(target).collect()
+        self.views.iter().map(|view| self.target(view).into_owned()).collect()
+    }
+
+    /// Returns a view's pattern in the values in which films add up.
+    pub(super) fn target<'a>(&self, view: &'a ViewRequest) -> Cow<'a, Picture> {
+        match self.settings.tone {
+            Tone::Linear => Cow::Owned(view.pattern.decoded()),
+            Tone::Code => Cow::Borrowed(&view.pattern),
+        }
     }
 }
 

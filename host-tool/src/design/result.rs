@@ -44,11 +44,9 @@ pub struct ViewDesign {
     /// The light that is seen as white under the view's own pair: 1 is what full ink on every film would give
     /// under both lamps full.
     pub white: f64,
-    /// What the view shows in the optics of the design: the weighted sum over films.
-    pub projection: Picture,
-    /// The projection times the gain that fits its pattern, as sRGB code values.
+    /// What the view shows, times the gain that fits its pattern, as sRGB code values.
     pub shown: Picture,
-    /// Measures of the projection.
+    /// Measures of what it shows in the optics of the design.
     pub quality: Quality,
     /// Measures behind the stack's own films, under this view's emphasis.
     pub under_own_lamps: Quality,
@@ -61,14 +59,10 @@ pub struct ViewDesign {
 impl Design {
     /// Finds the lamps for a volume and measures what it shows.
     pub fn of(request: &DesignRequest, volume: Volume) -> Self {
-        let targets = request.targets();
         let emission = Emission::of(&request.stack);
         let light = emission.light(&volume);
-        let mut lit: Vec<LitView> = targets
-            .iter()
-            .enumerate()
-            .map(|(index, target)| LitView::of(request, &light, index, target))
-            .collect();
+        let mut lit: Vec<LitView> =
+            (0..request.views.len()).map(|index| LitView::of(request, &light, index)).collect();
         keep_whites_together(&mut lit, request.settings.white_ratio);
         let sums = |index: usize| (lit[index].sums, request.views[index].weight);
         let neutral = pair_for_all(&(0..lit.len()).map(sums).collect::<Vec<_>>());
@@ -85,9 +79,23 @@ impl Design {
         let views = lit
             .into_iter()
             .enumerate()
-            .map(|(index, lit)| lit.measured(request, (&volume, ink), index, neutral, full_light))
+            .map(|(index, lit)| lit.measured(request, (&volume, ink), (&light, full_light), index, neutral))
             .collect();
+        drop(light);
         Self { volume, views, neutral, shared }
+    }
+
+    /// What the view of this index shows in the optics of the design: the weighted sum over films.
+    pub fn projection(&self, request: &DesignRequest, view: usize) -> Picture {
+        let rays = request.rays(view);
+        match request.settings.optics {
+            OpticsModel::Stack => {
+                let direction = request.views[view].direction;
+                let weights = film_weights(&request.stack, direction, self.views[view].emphasis);
+                project_along(&Emission::of(&request.stack).light(&self.volume), &rays, &weights)
+            }
+            OpticsModel::Ideal => project_along(&self.volume, &rays, &ideal_weights(&request.stack)),
+        }
     }
 
     /// Mean PSNR of the views in dB, in the optics of the design.
@@ -110,35 +118,25 @@ impl Design {
     }
 }
 
-/// A view under either lamp alone.
+/// A view, and the lamps that show it.
 struct LitView {
     rays: Rays,
-    top: Picture,
-    bottom: Picture,
     sums: LampSums,
     emphasis: LampPair,
     /// The light that is seen as white under `emphasis`.
     white: f64,
 }
 
-impl LitView {
-    fn of(request: &DesignRequest, light: &Volume, index: usize, target: &Picture) -> Self {
-        let view = &request.views[index];
-        let rays = request.rays(index);
-        let under = |lamps| project_along(light, &rays, &film_weights(&request.stack, view.direction, lamps));
-        let (top, bottom) = (under(LampPair::TOP), under(LampPair::BOTTOM));
-        let sums = LampSums::of(top.values(), bottom.values(), target.values(), request.settings.tone);
-        let emphasis = view.held_pair().unwrap_or_else(|| sums.best_pair());
-        let mut lit = Self { rays, top, bottom, sums, emphasis, white: 0.0 };
-        lit.white = lit.white_of(request, view);
-        lit
-    }
+/// What a view shows under either lamp alone.
+struct EitherLamp {
+    top: Picture,
+    bottom: Picture,
+}
 
-    fn white_of(&self, request: &DesignRequest, view: &ViewRequest) -> f64 {
-        let gain = fit(&self.under(self.emphasis), &view.pattern, request.settings.tone).gain;
-        let weights = film_weights(&request.stack, view.direction, LampPair::FULL);
-        let full = Emission::of(&request.stack).white() * weights.iter().sum::<f64>();
-        if gain > 0.0 { 1.0 / (gain * full) } else { 0.0 }
+impl EitherLamp {
+    fn of(request: &DesignRequest, view: &ViewRequest, light: &Volume, rays: &Rays) -> Self {
+        let under = |lamps| project_along(light, rays, &film_weights(&request.stack, view.direction, lamps));
+        Self { top: under(LampPair::TOP), bottom: under(LampPair::BOTTOM) }
     }
 
     fn under(&self, lamps: LampPair) -> Picture {
@@ -148,14 +146,34 @@ impl LitView {
         }
         picture
     }
+}
+
+impl LitView {
+    /// Finds the lamps. What they show is projected again when it is measured: as many pictures for every view at once
+    /// would be the most that a design holds.
+    fn of(request: &DesignRequest, light: &Volume, index: usize) -> Self {
+        let view = &request.views[index];
+        let rays = request.rays(index);
+        let lamps = EitherLamp::of(request, view, light, &rays);
+        let target = request.target(view);
+        let tone = request.settings.tone;
+        let sums = LampSums::of(lamps.top.values(), lamps.bottom.values(), target.values(), tone);
+        drop(target);
+        let emphasis = view.held_pair().unwrap_or_else(|| sums.best_pair());
+        let gain = fit(&lamps.under(emphasis), &view.pattern, tone).gain;
+        let weights = film_weights(&request.stack, view.direction, LampPair::FULL);
+        let full = Emission::of(&request.stack).white() * weights.iter().sum::<f64>();
+        let white = if gain > 0.0 { 1.0 / (gain * full) } else { 0.0 };
+        Self { rays, sums, emphasis, white }
+    }
 
     fn measured(
         self,
         request: &DesignRequest,
         (volume, ink): (&Volume, f64),
+        (light, full_light): (&Volume, f64),
         index: usize,
         neutral: LampPair,
-        full_light: f64,
     ) -> ViewDesign {
         let view = &request.views[index];
         let patterns: Vec<&Picture> = request.views.iter().map(|view| &view.pattern).collect();
@@ -163,33 +181,35 @@ impl LitView {
             let light = full_light * weights.iter().sum::<f64>();
             measure(projection, &patterns, index, request.settings.tone, light)
         };
-        let lit = |lamps: LampPair| {
-            let projection = self.under(lamps);
-            let weights = film_weights(&request.stack, view.direction, lamps);
-            let (quality, shown) = judge(&projection, &weights, full_light);
-            (quality, shown, projection)
+        let lamps = EitherLamp::of(request, view, light, &self.rays);
+        let lit = |pair: LampPair| {
+            let projection = lamps.under(pair);
+            let weights = film_weights(&request.stack, view.direction, pair);
+            judge(&projection, &weights, full_light)
         };
+        let under_neutral_lamps = lit(neutral).0;
+        let under_full_lamps = lit(LampPair::FULL).0;
         let own = lit(self.emphasis);
+        drop(lamps);
         let under_own_lamps = own.0;
-        let (quality, shown, projection) = match request.settings.optics {
+        let (quality, shown) = match request.settings.optics {
             OpticsModel::Stack => own,
             OpticsModel::Ideal => {
+                drop(own);
                 let weights = ideal_weights(&request.stack);
                 let projection = project_along(volume, &self.rays, &weights);
-                let (quality, shown) = judge(&projection, &weights, ink);
-                (quality, shown, projection)
+                judge(&projection, &weights, ink)
             }
         };
         ViewDesign {
             id: view.id.clone(),
             emphasis: self.emphasis,
             white: self.white,
-            projection,
             shown,
             quality,
             under_own_lamps,
-            under_neutral_lamps: lit(neutral).0,
-            under_full_lamps: lit(LampPair::FULL).0,
+            under_neutral_lamps,
+            under_full_lamps,
         }
     }
 }

@@ -164,7 +164,7 @@ impl StripDesign {
         let effort = joint::effort(&request.settings);
         let problem = set_up(&request, &request.targets(), lighting, None);
         improve(&request, &problem, &mut volume, effort, report);
-        request.emission().turn_into_ink(&mut volume);
+        request.emission().turn_into_ink(volume.values_mut());
         kept(&volume, rows.start - window.start..rows.end - window.start)
     }
 
@@ -221,7 +221,7 @@ fn rows_around(stack: &Stack, small: &DesignRequest) -> usize {
 pub fn rows_within(stack: &Stack, small: &DesignRequest, memory_mib: f64) -> Option<usize> {
     /// Of a view's pixel: its pattern, its target, and what the optimiser answers with.
     const VIEW_VALUES: f64 = 16.0;
-    /// Of a voxel of one channel: the look ahead and the steps.
+    /// Of a voxel of one channel: where it is and its step, in 16 bits each, and its light.
     const SOLVER_VALUES: f64 = 2.0;
     /// Bytes of a voxel's three inks on their way into a file.
     const FILE_BYTES: f64 = 24.0;

@@ -12,9 +12,38 @@ pub(super) struct Axis {
     fraction: Vec<f32>,
     /// Of each picture index that meets the film: the lower film pixel.
     lower: Vec<Option<u32>>,
-    /// Of each film pixel: the picture indices that sample it, with their weights.
-    samplers: Vec<Vec<(u32, f32)>>,
+    samplers: Samplers,
     identity: bool,
+}
+
+/// Of each film pixel: the picture indices that sample it, with their weights.
+#[derive(Clone, Debug)]
+struct Samplers {
+    /// Of each film pixel, where its samplers begin; at the end, where the last one's end.
+    starts: Vec<u32>,
+    all: Vec<(u32, f32)>,
+}
+
+impl Samplers {
+    /// `samples` are film pixels with the picture indices that sample them, in the order of the picture's.
+    fn of(len: usize, samples: impl Iterator<Item = (usize, u32, f32)> + Clone) -> Self {
+        let mut starts = vec![0; len + 1];
+        samples.clone().for_each(|(film, _, _)| starts[film + 1] += 1);
+        for film in 0..len {
+            starts[film + 1] += starts[film];
+        }
+        let mut ends = starts.clone();
+        let mut all = vec![(0, 0.0); starts[len] as usize];
+        for (film, picture, weight) in samples {
+            all[ends[film] as usize] = (picture, weight);
+            ends[film] += 1;
+        }
+        Self { starts, all }
+    }
+
+    fn of_pixel(&self, film: usize) -> &[(u32, f32)] {
+        &self.all[self.starts[film] as usize..self.starts[film + 1] as usize]
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -42,7 +71,7 @@ impl Axis {
             runs: Vec::new(),
             fraction: vec![0.0; len],
             lower: vec![None; len],
-            samplers: vec![Vec::new(); len],
+            samplers: Samplers::of(0, std::iter::empty()),
             identity: false,
         };
         for i in 0..len {
@@ -59,20 +88,29 @@ impl Axis {
             let fractions = &axis.fraction[run.start..run.end];
             run.fraction = fractions.iter().all(|f| f == &fractions[0]).then_some(fractions[0]);
         }
+        axis.samplers = Samplers::of(len, axis.samples());
         // An unmoved axis samples its last pixel as the upper one of the pair before it.
         axis.identity = axis.lower.iter().all(Option::is_some)
-            && axis.samplers.iter().enumerate().all(|(film, samplers)| {
-                samplers.iter().all(|&(i, weight)| weight == 0.0 || (i as usize == film && weight == 1.0))
-            });
+            && axis.samples().all(|(film, picture, weight)| picture as usize == film && weight == 1.0);
         axis
     }
 
-    /// Whether every picture index samples the film's pixel of the same index alone.
+    /// Every film pixel that counts for a picture index, with that index and its weight.
+    fn samples(&self) -> impl Iterator<Item = (usize, u32, f32)> + Clone {
+        let met = self.lower.iter().zip(&self.fraction).enumerate();
+        met.flat_map(|(picture, (lower, &fraction))| {
+            let both = lower.map(|lower| [(lower, 1.0 - fraction), (lower + 1, fraction)]);
+            both.into_iter().flatten().map(move |(film, weight)| (film as usize, picture as u32, weight))
+        })
+        .filter(|(_, _, weight)| *weight != 0.0)
+    }
+
     /// The lower of the two film pixels that picture index `index` samples, where it meets the film.
     pub(super) fn lower(&self, index: usize) -> Option<usize> {
         self.lower.get(index).copied().flatten().map(|lower| lower as usize)
     }
 
+    /// Whether every picture index samples the film's pixel of the same index alone.
     pub(super) fn is_identity(&self) -> bool {
         self.identity
     }
@@ -179,7 +217,7 @@ impl Axis {
     ) -> Option<&'a [f32]> {
         let width = scratch.len();
         let line = |at: u32| &picture[at as usize * width..(at as usize + 1) * width];
-        match self.samplers[row].as_slice() {
+        match self.samplers.of_pixel(row) {
             [] => None,
             [(only, 1.0)] => Some(line(*only)),
             [(first, a), (second, b)] => {
@@ -201,11 +239,6 @@ impl Axis {
     fn put(&mut self, picture: usize, lower: usize, fraction: f32) {
         self.fraction[picture] = fraction;
         self.lower[picture] = Some(lower as u32);
-        for (film, weight) in [(lower, 1.0 - fraction), (lower + 1, fraction)] {
-            if weight != 0.0 {
-                self.samplers[film].push((picture as u32, weight));
-            }
-        }
         match self.runs.last_mut() {
             Some(run) if run.end == picture && lower == run.film_start + (picture - run.start) => {
                 run.end += 1;

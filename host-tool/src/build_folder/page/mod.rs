@@ -10,7 +10,7 @@ mod viewer;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 use sha2::{Digest, Sha256};
 use vitrine_exhibit::plan::Plan;
 
@@ -157,14 +157,19 @@ fn view_row(view: &ViewReport, pictures: &ViewPictures) -> Markup {
 fn figure(caption: &str, description: &str, png: &[u8], is_pattern: bool) -> Markup {
     html! {
         figure {
-            img src=(data_uri(png)) alt=(description) data-pattern[is_pattern];
+            img src={ "data:image/png;base64," (Base64(png)) } alt=(description) data-pattern[is_pattern];
             figcaption { (caption) }
         }
     }
 }
 
-fn data_uri(png: &[u8]) -> String {
-    format!("data:image/png;base64,{}", STANDARD.encode(png))
+/// A file within the page, which is written where it belongs without a copy of it beside.
+struct Base64<'a>(&'a [u8]);
+
+impl Render for Base64<'_> {
+    fn render_to(&self, page: &mut String) {
+        STANDARD.encode_string(self.0, page);
+    }
 }
 
 #[cfg(test)]

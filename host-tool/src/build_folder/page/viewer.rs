@@ -2,12 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, html};
 use serde_json::json;
 
-use super::PageParts;
+use super::{Base64, PageParts};
 use crate::config::{Exhibit, FrameSetting, ToneSetting};
 
 /// The page's scripts, in their order.
@@ -52,7 +50,15 @@ pub(super) fn section(parts: &PageParts<'_>) -> Markup {
 pub(super) fn scripts(parts: &PageParts<'_>) -> Markup {
     html! {
         @if fits(parts) {
-            script type="application/json" id="stack" { (PreEscaped(stack(parts))) }
+            script type="application/json" id="stack" {
+                // The last field is the films' files, which are not copied on their way.
+                (PreEscaped(open_stack(parts))) (PreEscaped(",\"pictures\":["))
+                @for (film, png) in parts.films.iter().enumerate() {
+                    @if film > 0 { "," }
+                    (PreEscaped("\"")) (Base64(png)) (PreEscaped("\""))
+                }
+                "]}"
+            }
             @for script in SCRIPTS { script { (PreEscaped(script)) } }
         }
     }
@@ -152,8 +158,9 @@ fn tick(name: &str, words: &str) -> Markup {
     html! { label { input type="checkbox" name=(name); " " (words) } }
 }
 
-/// What the scripts need to know, as JSON in which nothing can end the element that holds it.
-fn stack(parts: &PageParts<'_>) -> String {
+/// What the scripts need to know, as JSON in which nothing can end the element that holds it; its last brace is left out,
+/// so that more can follow.
+fn open_stack(parts: &PageParts<'_>) -> String {
     let exhibit = parts.exhibit;
     let stack = exhibit.film_stack();
     let views = parts.report.views.iter().map(|view| {
@@ -179,9 +186,10 @@ fn stack(parts: &PageParts<'_>) -> String {
         "drawn_out": exhibit.viewer.frame == FrameSetting::Viewer,
         "angles": angles(exhibit),
         "views": views.collect::<Vec<_>>(),
-        "pictures": parts.films.iter().map(|film| STANDARD.encode(film)).collect::<Vec<_>>(),
     });
-    json.to_string().replace('<', "\\u003c")
+    let mut open = json.to_string().replace('<', "\\u003c");
+    open.pop();
+    open
 }
 
 /// Tangent and cosine of each angle to which the viewer can be moved, by its degrees: browsers do not agree with this

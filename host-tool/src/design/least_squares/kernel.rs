@@ -1,6 +1,7 @@
 //! What both ways of solving do to a line of pixels.
 
 use super::{Problem, SolverView};
+use crate::design::sixteen::{from_sixteen_bits, to_sixteen_bits};
 
 /// The answer to a part of what one view shows, pixel by pixel.
 pub(super) struct Answers<'a> {
@@ -58,10 +59,11 @@ pub(super) enum RowSteps<'a> {
 }
 
 /// Steps from `ahead` against the gradient into 0..=1 and looks ahead again; returns how much the step turned
-/// back. Leaves in `gradient` each voxel's part of that.
+/// back. Leaves in `gradient` each voxel's part of that. `now` is in 16 bits: what they leave out moves the look ahead by
+/// less than a step of what is written.
 #[inline(always)]
 pub(super) fn step_row(
-    now: &mut [f32],
+    now: &mut [u16],
     ahead: &mut [f32],
     gradient: &mut [f32],
     steps: RowSteps,
@@ -95,12 +97,12 @@ fn wide(narrowed: u16) -> f32 {
 }
 
 #[inline(always)]
-fn step_voxel(now: &mut f32, ahead: &mut f32, gradient: &mut f32, step: f32, pull: f32) {
+fn step_voxel(now: &mut u16, ahead: &mut f32, gradient: &mut f32, step: f32, pull: f32) {
     let reached = (*ahead - step * *gradient).clamp(0.0, 1.0);
-    let moved = reached - *now;
+    let moved = reached - from_sixteen_bits(*now);
     *gradient = (*ahead - reached) * moved;
     *ahead = reached + pull * moved;
-    *now = reached;
+    *now = to_sixteen_bits(reached);
 }
 
 /// Sums in eight lanes, which processors add at once.

@@ -8,6 +8,7 @@ use super::blur::Blurred;
 use super::kernel::{Answers, Pace, RowSteps, narrow, step_row};
 use super::lines::{by_film, by_row};
 use super::{Effort, Loss, PATIENCE, Problem, SolverView};
+use crate::design::sixteen::to_sixteen_bits;
 use crate::design::structure::{Scratch, Structure};
 use crate::simd::vectorised;
 
@@ -44,18 +45,19 @@ pub(super) fn solve(
             last_loss = loss;
         }
         pace = pace.seeing(loss);
-        let overshoot = work.advance(volume, pace, iteration % STEP_RENEWAL == 0);
+        let overshoot = work.advance(pace, iteration % STEP_RENEWAL == 0);
         pace = pace.after(overshoot);
     }
-    let mut ahead = work.ahead;
-    by_film(volume, &mut ahead, problem);
+    by_film(&work.now, work.ahead, problem);
 }
 
 /// One colour as it is worked on; films are row, film, column.
 struct Work<'a> {
     problem: &'a Problem,
     targets: &'a [&'a [f32]],
-    ahead: Vec<f32>,
+    /// Where the films are, in 16 bits, and where they look ahead.
+    now: Vec<u16>,
+    ahead: &'a mut [f32],
     /// The light of `ahead`, where it spreads.
     blurred: Option<Blurred>,
     /// 0 for a film that stays as it is.
@@ -79,12 +81,15 @@ struct ViewAnswer {
 }
 
 impl<'a> Work<'a> {
-    fn new(problem: &'a Problem, targets: &'a [&'a [f32]], volume: &mut [f32]) -> Self {
-        let ahead = by_row(volume, problem);
+    /// Works on `films` (film, row, column) where they are: they hold the look ahead until the end.
+    fn new(problem: &'a Problem, targets: &'a [&'a [f32]], films: &'a mut [f32]) -> Self {
+        let ahead = films;
+        by_row(ahead, problem);
         let views = problem.views.iter().zip(targets);
         Self {
             problem,
             targets,
+            now: ahead.iter().map(|ink| to_sixteen_bits(*ink)).collect(),
             blurred: Blurred::new(problem),
             film_steps: problem.film_steps(),
             steps: vec![0; if problem.steps_vary() { ahead.len() } else { 0 }],
@@ -98,7 +103,7 @@ impl<'a> Work<'a> {
     /// Looks at the films from all views and answers.
     fn look(&mut self) -> Loss {
         let (problem, targets) = (self.problem, self.targets);
-        let scatter = self.blurred.as_mut().map_or(0.0, |blurred| blurred.renew(problem, &self.ahead));
+        let scatter = self.blurred.as_mut().map_or(0.0, |blurred| blurred.renew(problem, self.ahead));
         let films = self.blurred.as_ref().map_or(&*self.ahead, Blurred::light);
         let chunk_count = problem.height.div_ceil(ROWS_AT_ONCE);
         let mut chunks: Vec<Vec<Answers>> = (0..chunk_count).map(|_| Vec::new()).collect();
@@ -126,7 +131,7 @@ impl<'a> Work<'a> {
     }
 
     /// Takes one step from `ahead`, so that `now` is there, and looks ahead again; returns how much the step turned back.
-    fn advance(&mut self, now: &mut [f32], pace: Pace, renew_steps: bool) -> f64 {
+    fn advance(&mut self, pace: Pace, renew_steps: bool) -> f64 {
         let size = self.problem.films * self.problem.width * ROWS_AT_ONCE;
         if let Some(blurred) = &mut self.blurred {
             if renew_steps && !self.steps.is_empty() {
@@ -140,7 +145,7 @@ impl<'a> Work<'a> {
         steps.resize_with(self.ahead.len().div_ceil(size), Default::default);
         let (problem, answers, film_steps) = (self.problem, &self.answers, &self.film_steps);
         let blurred = self.blurred.as_ref();
-        let tasks = now.par_chunks_mut(size).zip(self.ahead.par_chunks_mut(size)).zip(steps);
+        let tasks = self.now.par_chunks_mut(size).zip(self.ahead.par_chunks_mut(size)).zip(steps);
         let overshoots: Vec<f64> = tasks
             .enumerate()
             .map(|(chunk, ((now, ahead), steps))| {
@@ -248,7 +253,7 @@ impl Rows<'_> {
     #[inline(always)]
     fn advance(
         &mut self,
-        now: &mut [f32],
+        now: &mut [u16],
         ahead: &mut [f32],
         steps: &mut [u16],
         pace: Pace,

@@ -31,22 +31,21 @@ pub(in crate::design::least_squares) fn settle(
     for &film in &order {
         work.settle_film(film, levels);
         work.film_steps[film] = 0.0;
-        volume.copy_from_slice(&work.ahead);
-        work.take_up(volume);
+        work.take_up();
     }
     let mut least = work.look().sum();
     for _ in 0..LAST_SWEEPS {
-        let before = work.ahead.clone();
+        let before = work.ahead.to_vec();
         order.iter().for_each(|&film| work.settle_film(film, levels));
         let loss = work.look().sum();
         if loss >= least || problem.stop.is_asked() {
-            work.ahead = before;
+            work.ahead.copy_from_slice(&before);
             break;
         }
         least = loss;
     }
-    volume.copy_from_slice(&work.ahead);
-    by_film(volume, &mut work.ahead, problem);
+    work.arrive();
+    by_film(&work.now, work.ahead, problem);
 }
 
 /// 0, last, 1, last but one, ... : the outer films first, for they part the views most.
@@ -55,8 +54,15 @@ fn outside_in(films: usize) -> Vec<usize> {
 }
 
 impl Work<'_> {
-    /// Lets the open films take some steps; `now` and the look ahead are the same before and after.
-    fn take_up(&mut self, now: &mut [f32]) {
+    /// Lets the films be where they look ahead.
+    fn arrive(&mut self) {
+        let inks = self.now.iter_mut().zip(&*self.ahead);
+        inks.for_each(|(now, ahead)| *now = to_sixteen_bits(*ahead));
+    }
+
+    /// Lets the open films take some steps from the look ahead, which does not run before them in the end.
+    fn take_up(&mut self) {
+        self.arrive();
         let mut pace = Pace::START;
         for iteration in 0..REST_ITERATIONS {
             if self.problem.stop.is_asked() {
@@ -66,7 +72,7 @@ impl Work<'_> {
             if iteration + 1 == REST_ITERATIONS {
                 pace = pace.resting();
             }
-            let overshoot = self.advance(now, pace, iteration == 0);
+            let overshoot = self.advance(pace, iteration == 0);
             pace = pace.after(overshoot);
         }
     }

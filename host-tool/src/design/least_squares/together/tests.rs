@@ -46,7 +46,8 @@ fn plain() -> DesignRequest {
 
 /// The loss of `volume` (film, row, column), and half its slope along every voxel (row, film, column).
 fn loss_and_slope(problem: &Problem, targets: &[&[f32]], volume: &[f32]) -> (f64, Vec<f32>) {
-    let mut work = Work::new(problem, targets, &mut volume.to_vec());
+    let mut films = volume.to_vec();
+    let mut work = Work::new(problem, targets, &mut films);
     let loss = work.look().sum();
     if let Some(blurred) = &mut work.blurred {
         blurred.turn(problem, work.answers.iter().map(|answer| &*answer.slopes).collect());
