@@ -21,7 +21,7 @@ use crate::optics::{LampPair, film_weights};
 use crate::picture::Picture;
 use crate::projection::{Rays, project_along};
 use crate::stack::Stack;
-use crate::volume::Volume;
+use crate::volume::{CHANNELS, Volume};
 
 /// Pixels along the longer side of the films on which starts are compared, and of the next larger ones.
 const SEARCH_PIXELS: usize = 64;
@@ -67,26 +67,29 @@ fn solve_each_colour(
     fixed: Option<&FixedInk>,
     report: &mut dyn FnMut(Progress),
 ) -> Volume {
+    /// Where all colours are solved: the memory of the others is not there until they are put into it.
+    const LAST: usize = CHANNELS - 1;
     let stack = &request.stack;
     let size = (stack.width_px, stack.height_px);
-    let mut films = vec![0.0; stack.films * stack.film_len()];
     let mut colours = Colours::new(request, problem, effort(&request.settings));
     let from = (start.width(), start.height());
-    let starts = [0, 1, 2].map(|channel| start.channel(channel).to_vec());
+    let starts: [Vec<f32>; CHANNELS] = std::array::from_fn(|channel| start.channel(channel).to_vec());
     drop(start);
+    let mut volume = Volume::new(stack.films, stack.height_px, stack.width_px);
     let mut solved: Vec<Vec<u16>> = Vec::new();
     for (channel, start) in starts.into_iter().enumerate() {
-        enlarge_planes(&start, from, &mut films, size, 0..stack.height_px);
+        let films = volume.channel_mut(LAST);
+        enlarge_planes(&start, from, films, size, 0..stack.height_px);
         drop(start);
         if let Some(fixed) = fixed {
-            fixed.put_into_channel(channel, &mut films);
+            fixed.put_into_channel(channel, films);
         }
-        colours.improve(channel, &mut films, report);
-        request.emission().turn_into_ink(&mut films);
-        solved.push(films.par_iter().map(|ink| to_sixteen_bits(*ink)).collect());
+        colours.improve(channel, films, report);
+        request.emission().turn_into_ink(films);
+        if channel != LAST {
+            solved.push(films.par_iter().map(|ink| to_sixteen_bits(*ink)).collect());
+        }
     }
-    drop(films);
-    let mut volume = Volume::new(stack.films, stack.height_px, stack.width_px);
     for (channel, solved) in solved.into_iter().enumerate() {
         let inks = volume.channel_mut(channel).par_iter_mut().zip(solved);
         inks.for_each(|(ink, bits)| *ink = from_sixteen_bits(bits));

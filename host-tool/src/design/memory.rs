@@ -13,8 +13,10 @@ const MIB: f64 = 1024.0 * 1024.0;
 /// Pictures of all colours that measuring one view takes beside what it returns, with what the program keeps of memory
 /// that it has used before.
 const MEASURED_PICTURES: f64 = 12.0;
-/// Pictures of all colours that every thread above two holds while films are encoded and measured.
+/// Pictures of all colours that every thread above two holds.
 const THREAD_PICTURES: f64 = 1.0;
+/// What the system has not had back of the solver's memory, at most, when the colours are put together.
+const KEPT_MIB: f64 = 24.0;
 /// More threads than this find no more to do at once.
 const MOST_BUSY_THREADS: usize = 8;
 /// Bytes of a film pixel in its file at most, as a part of the pixel's bytes in the volume.
@@ -47,6 +49,8 @@ fn predicted(stack: &Stack, settings: &DesignSettings, views: usize, apart: bool
     let volume = stack.films as f64 * picture;
     let colour = volume / CHANNELS as f64;
     let views = views as f64;
+    let threads = rayon::current_num_threads();
+    let busy = (threads.clamp(2, MOST_BUSY_THREADS) - 2) as f64;
     // Of every view, its pattern, and one colour of it in the values in which films add up.
     let wanted = views * (picture + plane);
     let solving = match settings.method {
@@ -60,12 +64,12 @@ fn predicted(stack: &Stack, settings: &DesignSettings, views: usize, apart: bool
             // Those that wait are smaller films yet, or have 16 bits.
             let waiting = (2.0 / 3.0 * start).max(colour);
             let one = colour * (1.0 + parts) + waiting + answers + 3.0 * plane;
-            settling.max(one).max(1.5 * volume)
+            // The last colour is where it belongs, and the others come out of their 16 bits.
+            let together = volume + colour + (colour * parts + answers).min(KEPT_MIB * MIB);
+            settling.max(one).max(together) + THREAD_PICTURES * busy * picture
         }
     };
     let light = if emits_ink(stack, settings) { 0.0 } else { volume };
-    let threads = rayon::current_num_threads();
-    let busy = (threads.clamp(2, MOST_BUSY_THREADS) - 2) as f64;
     // Of every view, what it shows.
     let measuring = volume + light + views * picture + (MEASURED_PICTURES + THREAD_PICTURES * busy) * picture;
     // The films in ink and in glow, and as many colours at once as there are threads, with a copy to go back to.

@@ -212,10 +212,12 @@ fn peak_mib(mut child: std::process::Child) -> f64 {
 #[test]
 fn no_more_memory_is_used_than_was_said() {
     let workshop = Workshop::small();
-    for method in ["product", "least-squares"] {
-        let large = SMALL.replace("[64, 48]", "[400, 320]").replace("films = 8", "films = 24");
-        let large = large.replace("\"product\"", &format!("\"{method}\"\niterations = 2"));
-        workshop.write("exhibit.toml", large);
+    let product = SMALL.replace("[64, 48]", "[400, 320]").replace("films = 8", "films = 24");
+    let ideal = product.replace("\"product\"", "\"least-squares\"\niterations = 2");
+    let robust = ideal.replace("optics = \"ideal\"\ntone = \"code\"\n", "");
+    assert_ne!(robust, ideal);
+    for (method, text) in [("product", product), ("ideal", ideal), ("robust", robust)] {
+        workshop.write("exhibit.toml", text);
         let mut command = workshop.command(&["design", "exhibit.toml", "-o", "build"]);
         let child = command.stderr(std::fs::File::create(workshop.path("told")).unwrap()).spawn().unwrap();
         let peak = peak_mib(child);
