@@ -74,8 +74,14 @@ fn matrix(request: &DesignRequest, problem: &Problem, view: usize) -> Vec<Vec<f6
 
 /// One row's problem in double precision.
 struct Exact {
-    /// Of each view: its matrix, what its pixels' errors count with each other, and what it wants.
-    views: Vec<(Vec<Vec<f64>>, Vec<Vec<f64>>, Vec<f64>)>,
+    views: Vec<ExactView>,
+}
+
+struct ExactView {
+    matrix: Vec<Vec<f64>>,
+    /// What the errors of each two pixels count together.
+    counts: Vec<Vec<f64>>,
+    wanted: Vec<f64>,
 }
 
 impl Exact {
@@ -93,7 +99,7 @@ impl Exact {
             });
             let wanted = &targets[view][row * WIDTH..(row + 1) * WIDTH];
             let wanted = wanted.iter().map(|value| f64::from(*value)).collect();
-            (matrix(request, problem, view), counts.collect(), wanted)
+            ExactView { matrix: matrix(request, problem, view), counts: counts.collect(), wanted }
         });
         Self { views: views.collect() }
     }
@@ -101,7 +107,7 @@ impl Exact {
     /// The loss of a row (film, column), and half its slope.
     fn loss(&self, voxels: &[f64]) -> (f64, Vec<f64>) {
         let (mut loss, mut slope) = (0.0, vec![0.0; voxels.len()]);
-        for (matrix, counts, wanted) in &self.views {
+        for ExactView { matrix, counts, wanted } in &self.views {
             let errors: Vec<f64> =
                 matrix.iter().zip(wanted).map(|(row, wanted)| dot(row, voxels) - wanted).collect();
             for ((row, counts), error) in matrix.iter().zip(counts).zip(&errors) {
