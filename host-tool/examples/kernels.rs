@@ -12,6 +12,7 @@ use vitrine::optics::{Direction, ideal_weights};
 use vitrine::projection::{ViewerDistance, back_project, project};
 use vitrine::stack::Stack;
 use vitrine::volume::Volume;
+use vitrine_exhibit::units::Lamp;
 
 const PIXELS: usize = 64;
 
@@ -48,9 +49,11 @@ fn kernel(name: &str) -> Box<dyn Fn()> {
         "design-three-code" => designed(solved(&THREE, Tone::Code)),
         "design-four-code" => designed(solved(&FOUR, Tone::Code)),
         "design-three-linear" => designed(solved(&THREE, Tone::Linear)),
-        // Films that absorb, a viewer at arm's length, and all errors of hands and viewers.
+        // Films that absorb, a viewer at arm's length, and all errors of hands and viewers; lamps are held, for the search
+        // for them would be most of it.
         "design-three-built" => {
             let mut wanted = solved(&THREE, Tone::Linear);
+            wanted.views.iter_mut().for_each(|view| view.lamp = Some(Lamp::Top));
             wanted.settings.optics = OpticsModel::Stack;
             wanted.distance = ViewerDistance::Millimetres(600.0);
             designed(wanted)
