@@ -32,7 +32,7 @@ pub(super) fn open(path: &Path) -> Result<DynamicImage, PictureError> {
 /// Reads the bytes of a file: turned by its EXIF orientation, in the colours of sRGB.
 ///
 /// # Errors
-/// As [`open`].
+/// As [`open()`].
 pub(super) fn decode(bytes: &[u8]) -> Result<DynamicImage, Fault> {
     let damaged = |error: image::ImageError| Fault::Damaged(error.to_string());
     if jpeg::is_jpeg(bytes) && !jpeg::is_whole(bytes) {
