@@ -189,3 +189,31 @@ fn the_films_of_the_meadow_show_exactly_its_points() {
         assert!((20_000..60_000).contains(&lit), "{angle}: {lit}");
     }
 }
+
+#[test]
+fn an_objects_films_are_printed_with_as_much_ink_as_was_said() {
+    let workshop = Workshop::new();
+    workshop.write("cloud.xyz", cloud(2000));
+    let stack = ["--pixels", "64x48", "--films", "8", "--width-mm", "20"];
+    workshop.succeed(&[&["slice", "cloud.xyz", "-o", "build"], &stack[..], &IN_MM].concat());
+    for way in ["blue-noise", "error-diffusion"] {
+        let coarse = ["print", "build", "-o", "sheets", "--json", "--dpi", "720x360", "--halftone", way];
+        let told = workshop.succeed(&coarse);
+        let told: Value = serde_json::from_str(&told).unwrap();
+        let sheet = image::open(workshop.path("sheets/sheet-01.tif")).unwrap().into_rgb16();
+        let number = |value: &Value| value.as_u64().unwrap() as u32;
+        let [width, height] = [0, 1].map(|axis| number(&told["film_dots"][axis]));
+        let mut dots = [0_u64; 3];
+        for place in told["sheets"][0]["films"].as_array().unwrap() {
+            let (x, y) = (number(&place["x_dots"]), number(&place["y_dots"]));
+            for pixel in image::imageops::crop_imm(&sheet, x, y, width, height).to_image().pixels() {
+                (0..3).for_each(|ink| dots[ink] += u64::from(pixel.0[ink] == 0));
+            }
+        }
+        for (ink, dots) in dots.into_iter().enumerate() {
+            let covered = dots as f64 / f64::from(8 * width * height);
+            let said = told["estimate"]["coverage"][ink].as_f64().unwrap();
+            assert!(said > 0.001 && (covered / said - 1.0).abs() < 0.05, "{way}: {covered} for {said}");
+        }
+    }
+}
