@@ -1,6 +1,6 @@
 //! `vitrine self-test`: walks through the exhibit's hardware and prints a sheet to sign.
 
-use std::io::{IsTerminal, Write, stdin};
+use std::io::{BufRead, IsTerminal, Write, stdin};
 use std::path::PathBuf;
 
 use clap::Args;
@@ -92,22 +92,39 @@ struct AtTerminal;
 impl Person for AtTerminal {
     /// A terminal that fails counts as nobody there.
     fn does(&mut self, what: &str) -> bool {
-        let mut stream = std::io::stderr();
-        if writeln!(stream, "{what}").is_err() {
-            return false;
+        is_done(what, &mut stdin().lock(), &mut std::io::stderr())
+    }
+}
+
+/// Asks until it is Enter, for done, or s, to skip.
+fn is_done(what: &str, answers: &mut impl BufRead, questions: &mut impl Write) -> bool {
+    if writeln!(questions, "{what}").is_err() {
+        return false;
+    }
+    loop {
+        let mut answer = String::new();
+        let asked = write!(questions, "  [Enter] done   [s] skip  ").and_then(|()| questions.flush());
+        match asked.and_then(|()| answers.read_line(&mut answer)) {
+            Ok(1..) => {}
+            Ok(0) | Err(_) => return false,
         }
-        loop {
-            let mut answer = String::new();
-            let asked = write!(stream, "  [Enter] done   [s] skip  ").and_then(|()| stream.flush());
-            match asked.and_then(|()| stdin().read_line(&mut answer)) {
-                Ok(1..) => {}
-                Ok(0) | Err(_) => return false,
-            }
-            match answer.trim() {
-                "" => return true,
-                "s" | "S" => return false,
-                _ => {}
-            }
+        match answer.trim() {
+            "" => return true,
+            "s" | "S" => return false,
+            _ => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_enter_is_done_and_only_s_skips() {
+        let is_done = |mut answers: &[u8]| is_done("Open the door.", &mut answers, &mut Vec::new());
+        assert!(is_done(b"\n") && is_done(b"what\nn\n\n"));
+        assert!(!is_done(b"s\n") && !is_done(b"no\nS\n\n"));
+        assert!(!is_done(b"no\n") && !is_done(b""));
     }
 }
