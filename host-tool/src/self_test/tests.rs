@@ -100,6 +100,8 @@ fn what_is_broken_is_found() {
         assert!(failed.contains(&part), "{part}: {}", sheet.text());
     }
     assert_eq!(verdict(&sheet, "bottom board"), Verdict::Passed);
+    // Nothing was asked of it: the door's opening never came.
+    assert_eq!(verdict(&sheet, "re-arm"), Verdict::NotTried, "{}", sheet.text());
 }
 
 #[test]
