@@ -19,6 +19,7 @@ pub mod measure;
 pub mod object;
 pub mod optics;
 pub mod picture;
+pub mod plain;
 pub mod print;
 pub mod projection;
 pub mod self_test;

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use super::films::{FilmError, FilmRows, film_name, read_film};
 use super::manifest::{FORMAT, LAYOUT, Manifest};
+use crate::plain;
 use crate::volume::Volume;
 use vitrine_exhibit::plan::Plan;
 
@@ -107,6 +108,11 @@ impl BuildFolder {
             return Err(bad(format!("its layout is {}, and this version reads {LAYOUT}", marks.layout)));
         }
         let manifest: Manifest = serde_json::from_str(&text).map_err(|error| bad(error.to_string()))?;
+        let exhibit = &manifest.exhibit;
+        let names = std::iter::once(&exhibit.name).chain(exhibit.views.iter().map(|view| &view.id));
+        if !names.chain(manifest.outputs.keys()).all(|name| plain::is_plain(name)) {
+            return Err(bad("a name in it holds a control character".to_owned()));
+        }
         let stack = manifest.exhibit.film_stack();
         stack.checked().map_err(|error| bad(error.to_string()))?;
         Ok(Self { path: path.to_owned(), manifest })

@@ -10,6 +10,7 @@ use vitrine::build_folder::write_file;
 use vitrine::chart::overlay;
 use vitrine::ink::{Calibration, calibrate, wedge};
 use vitrine::picture::{Picture, PictureError};
+use vitrine::plain;
 
 use super::output::Output;
 
@@ -87,8 +88,7 @@ impl Calibrate {
     }
 
     fn text(&self, calibration: &Calibration) -> String {
-        let place = self.output.display();
-        let mut text = if self.dry_run { "nothing written".to_owned() } else { format!("{place}") };
+        let mut text = if self.dry_run { "nothing written".to_owned() } else { plain::path(&self.output) };
         text += &format!("  {:.1} pixels a mm\n", calibration.found.pixels_per_mm);
         text += "ink    light of half coverage   at its most from   equal patches differ by";
         let file = &calibration.file;

@@ -5,10 +5,12 @@ use std::sync::mpsc::channel;
 
 use clap::Args;
 use miette::{Diagnostic, Report};
+use serde_json::json;
 use thiserror::Error;
 use vitrine::build_folder::Interrupt;
-use vitrine::controller::{Clock, DEFAULT_PORT, FlashFile, Pace, VirtualController, Walk, serve};
+use vitrine::controller::{Clock, DEFAULT_PORT, FlashFile, Pace, VirtualController, Walk, serve, try_place};
 use vitrine::link::Address;
+use vitrine::plain;
 use vitrine_protocol::Refusal;
 
 use super::output::Output;
@@ -19,6 +21,7 @@ use super::output::Output;
 Examples:
   vitrine controller
   vitrine controller --listen tcp:7480 --flash exhibit.flash --visitor
+  vitrine controller --flash exhibit.flash --dry-run
   vitrine upload build --to tcp:127.0.0.1:7480")]
 pub(super) struct Controller {
     /// Where to listen: tcp:PORT on this computer, or tcp:HOST:PORT.
@@ -27,6 +30,9 @@ pub(super) struct Controller {
     /// The file that holds its flash memory; without it, all is forgotten at the end.
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
+    /// Only tell whether it could: nothing is listened to, and the flash file stays as it is.
+    #[arg(long)]
+    dry_run: bool,
     /// Let a visitor come, walk back and forth, and go, again and again.
     #[arg(long)]
     visitor: bool,
@@ -50,6 +56,9 @@ impl Controller {
         let Address::Tcp(place) = &self.listen else {
             return Err(ControllerFailure::NoTcp(self.listen).into());
         };
+        if self.dry_run {
+            return self.look(place, output);
+        }
         let flash = match &self.flash {
             Some(path) => FlashFile::open(path)?,
             None => FlashFile::in_memory(),
@@ -69,11 +78,28 @@ impl Controller {
             output.error(&ControllerFailure::Announce(error).into());
         }
         let address = format!("tcp:{}", served.address());
-        output.result(&serde_json::json!({ "listening": address }), || address.clone());
+        output.result(&json!({ "listening": address, "started": true }), || address.clone());
         output.note("listening; Ctrl-C ends it");
         // The sender is kept until it sends.
         let _ = ends.recv();
         drop(served);
+        Ok(())
+    }
+}
+
+impl Controller {
+    /// Looks whether place and flash can be had.
+    fn look(&self, place: &str, output: Output) -> Result<(), Report> {
+        try_place(place)?;
+        let is_there = self.flash.as_deref().map(FlashFile::look).transpose()?;
+        output.result(&json!({ "listening": self.listen.to_string(), "started": false }), || {
+            let flash = match (&self.flash, is_there) {
+                (Some(path), Some(true)) => format!("go on with the flash memory in {}", plain::path(path)),
+                (Some(path), _) => format!("keep its flash memory in {}, which is new", plain::path(path)),
+                (None, _) => "forget all at the end".to_owned(),
+            };
+            format!("would listen at {}, and {flash}", self.listen)
+        });
         Ok(())
     }
 }

@@ -9,6 +9,7 @@ use thiserror::Error;
 use vitrine::build_folder::{self, BuildFolder};
 use vitrine::config;
 use vitrine::demo::{Moment, contact_sheet, walk};
+use vitrine::plain;
 use vitrine::starter;
 use vitrine::volume::InkDepth;
 
@@ -78,7 +79,7 @@ impl Demo {
             let foretold = source.foretell(&self.output, InkDepth::Eight)?;
             let told = serde_json::json!({ "build": self.output, "contact_sheet": sheet, "page": page, "takes": foretold });
             output.result(&told, || {
-                format!("would write {} and {}; {foretold}", page.display(), sheet.display())
+                format!("would write {} and {}; {foretold}", plain::path(&page), plain::path(&sheet))
             });
             return Ok(());
         }
@@ -97,14 +98,14 @@ impl Demo {
             "report": report,
             "walk": moments,
         });
-        output.result(&done, || sheet.display().to_string());
-        output.note(&format!("Films, views and report are in {}", self.output.display()));
+        output.result(&done, || plain::path(&sheet));
+        output.note(&format!("Films, views and report are in {}", plain::path(&self.output)));
         if self.open {
             let opened = open::that_detached(&page);
             opened.map_err(|source| DemoFailure::Open { path: page.clone(), source })?;
-            output.note(&format!("{} opens in the browser", page.display()));
+            output.note(&format!("{} opens in the browser", plain::path(&page)));
         } else {
-            output.note(&format!("Now look at {}: `vitrine demo --open` opens it", page.display()));
+            output.note(&format!("Now look at {}: `vitrine demo --open` opens it", plain::path(&page)));
         }
         Ok(())
     }

@@ -15,6 +15,7 @@ use vitrine::design::{
 use vitrine::object::{self, Shown, Sliced};
 use vitrine::optics::LampPair;
 use vitrine::picture::PictureError;
+use vitrine::plain;
 use vitrine::volume::InkDepth;
 
 use super::output::Output;
@@ -147,8 +148,8 @@ pub(super) fn told_written(place: &Path, output: Output) {
     output.note(&format!(
         "Written to {0}; look at {1}\nNext: vitrine upload {0}, and vitrine watch. Without a controller, start a simulated one first: \
          vitrine controller --visitor",
-        place.display(),
-        place.join("report.html").display()
+        plain::path(place),
+        plain::path(place.join("report.html"))
     ));
 }
 

@@ -13,6 +13,7 @@ use vitrine::experiment::films::{
 };
 use vitrine::material::FILMS;
 use vitrine::picture::{Picture, PictureError};
+use vitrine::plain;
 
 use super::output::Output;
 
@@ -204,7 +205,7 @@ impl Films {
                 let [red, green, blue] = fitted.tau_by_ink;
                 text += &format!(
                     "\n{}: {:.3} (red {red:.3}, green {green:.3}, blue {blue:.3}), off by {:.1} %",
-                    path.display(),
+                    plain::path(path),
                     fitted.tau,
                     fitted.spread * 100.0
                 );

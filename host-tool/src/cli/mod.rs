@@ -16,6 +16,7 @@ mod firmware;
 mod frontier;
 mod live;
 mod log;
+mod man;
 mod materials;
 mod model;
 mod new;
@@ -33,6 +34,7 @@ mod setup;
 mod slice;
 mod status;
 mod strips;
+mod told;
 mod turn;
 mod upload;
 mod view;
@@ -101,7 +103,7 @@ enum Command {
     Explain(setup::Explain),
     Doctor(doctor::Doctor),
     Completions(setup::Completions),
-    Man(setup::Man),
+    Man(man::Man),
 }
 
 /// Runs the command that the process was started with.
@@ -135,9 +137,12 @@ fn usage(error: &clap::Error) -> ExitCode {
         let text = error.render().to_string();
         let told = text.trim().trim_start_matches("error: ").to_owned();
         Output::new(true).error(&Usage(told).into());
-    } else {
+    } else if vitrine::plain::is_plain(&error.to_string().replace(['\n', '\t'], "")) {
         // A reader that has gone away is no reason to fail.
         let _ = error.print();
+    } else {
+        // Without colours, as a name on the command line holds what a terminal obeys.
+        Output::new(false).note(error.to_string().trim_end());
     }
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }

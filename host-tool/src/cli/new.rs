@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use miette::Report;
+use vitrine::plain;
 use vitrine::starter;
 
 use super::output::Output;
@@ -45,7 +46,7 @@ impl New {
             let names = [vec!["exhibit.toml".to_owned(), starter::SCHEMA_NAME.to_owned()], pictures].concat();
             output.result(
                 &serde_json::json!({ "folder": self.folder, "files": names, "left_out": left_out, "written": false }),
-                || format!("would write {} into {}", names.join(", "), self.folder.display()),
+                || format!("would write {} into {}", names.join(", "), plain::path(&self.folder)),
             );
             return Ok(());
         }
@@ -55,12 +56,12 @@ impl New {
         };
         output.result(
             &serde_json::json!({ "folder": self.folder, "files": files, "left_out": left_out, "written": true }),
-            || exhibit.display().to_string(),
+            || plain::path(&exhibit),
         );
         output.note(&format!(
             "Next: vitrine check {0}, then vitrine design {0} -o {1}",
-            exhibit.display(),
-            self.folder.join("build").display()
+            plain::path(&exhibit),
+            plain::path(self.folder.join("build"))
         ));
         Ok(())
     }

@@ -4,6 +4,9 @@ use std::io::{IsTerminal, Write};
 
 use miette::{GraphicalReportHandler, GraphicalTheme, JSONReportHandler, Report};
 use serde::Serialize;
+use vitrine::plain;
+
+use super::told::Told;
 
 /// Prints results to stdout and everything else to stderr, as text or as JSON.
 #[derive(Clone, Copy)]
@@ -43,32 +46,36 @@ impl Output {
         }
     }
 
-    /// Asks a person on the terminal; yes where there is none, or where JSON is wanted.
-    pub(crate) fn asks(self, question: &str) -> std::io::Result<bool> {
+    /// Asks a person on the terminal; nothing where there is none, or where JSON is wanted.
+    pub(crate) fn asks(self, question: &str) -> std::io::Result<Option<bool>> {
         let terminal = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
         if self.json || !terminal {
-            return Ok(true);
+            return Ok(None);
         }
         let mut stream = std::io::stderr();
-        write!(stream, "{question} [y/N] ")?;
+        write!(stream, "{} [y/N] ", plain::name(question))?;
         stream.flush()?;
         let mut answer = String::new();
         std::io::stdin().read_line(&mut answer)?;
-        Ok(is_yes(&answer))
+        Ok(Some(is_yes(&answer)))
     }
 
     /// Prints why a command failed.
     pub(crate) fn error(self, report: &Report) {
         let mut text = String::new();
-        let rendered = if self.json {
-            JSONReportHandler::new().render_report(&mut text, report.as_ref())
-        } else {
-            graphical().render_report(&mut text, report.as_ref())
-        };
-        if rendered.is_err() {
-            text = report.to_string();
+        if self.json {
+            if JSONReportHandler::new().render_report(&mut text, report.as_ref()).is_err() {
+                text = report.to_string();
+            }
+            print_line(std::io::stderr(), text.trim_end());
+            return;
         }
-        print_line(std::io::stderr(), text.trim_end());
+        let told = Told::new(report.as_ref());
+        if graphical().render_report(&mut text, &told).is_err() {
+            text = told.to_string();
+        }
+        // Its colours are all that a terminal obeys in it.
+        print_as_it_is(std::io::stderr(), text.trim_end());
     }
 }
 
@@ -89,8 +96,13 @@ fn to_json(value: &impl Serialize) -> String {
     serde_json::to_string_pretty(value).unwrap_or_default()
 }
 
+/// Prints what may be made of foreign names, so that no terminal obeys them.
+fn print_line(stream: impl Write, line: &str) {
+    print_as_it_is(stream, &plain::lines(line));
+}
+
 /// A reader that has gone away, such as `head`, is no reason to fail.
-fn print_line(mut stream: impl Write, line: &str) {
+fn print_as_it_is(mut stream: impl Write, line: &str) {
     let _ = writeln!(stream, "{line}");
 }
 

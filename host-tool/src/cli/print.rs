@@ -11,6 +11,7 @@ use vitrine::config::{Exhibit, HalftoneSetting, PrintSettings};
 use vitrine::design;
 use vitrine::experiment::films;
 use vitrine::ink::{CurveFile, Separator, SheetInks, wedge};
+use vitrine::plain;
 use vitrine::print::{
     Arrangement, AsDesigned, ChartFilm, Estimate, Formats, OpenFilm, PrintJob, PrintRequest, Resolution,
     Separation, SheetsFile, TiffForm, UnknownPaper, check_sheets_place,
@@ -223,11 +224,12 @@ impl Print {
         let printed = Printed { estimate, dimmed: inks.dimmed(), sheets };
         output.result(&printed, || {
             let files = printed.sheets.sheets.iter().flat_map(|sheet| &sheet.files);
-            let files = files.map(|file| self.output.join(file).display().to_string());
+            let files = files.map(|file| plain::path(self.output.join(file)));
             files.collect::<Vec<_>>().join("\n")
         });
         if !(self.wedge || self.circles) && self.films.is_empty() {
-            output.note(&format!("Build the stack as {} says", self.output.join("assembly.pdf").display()));
+            output
+                .note(&format!("Build the stack as {} says", plain::path(self.output.join("assembly.pdf"))));
         }
         Ok(())
     }

@@ -8,7 +8,6 @@ use vitrine_exhibit::units::Milliseconds;
 
 use super::connect::{Sending, Sent};
 use super::output::Output;
-use super::upload::active_plan;
 
 /// Show one view, whoever stands where, until the time is over.
 #[derive(Args)]
@@ -96,7 +95,7 @@ impl Hold {
         let Self { view, lease, sending } = self;
         let Sending { to, dry_run } = sending;
         let mut client = to.open()?;
-        let plan = active_plan(&mut client)?;
+        let plan = client.active_plan()?;
         let ids: Vec<&str> =
             plan.iter().flat_map(|plan| plan.views.iter().map(|view| view.id.as_str())).collect();
         let Some(index) = ids.iter().position(|id| *id == view) else {

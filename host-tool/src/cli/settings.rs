@@ -4,6 +4,7 @@ use clap::Args;
 use miette::{Diagnostic, Report};
 use serde_json::{Map, Value, json};
 use thiserror::Error;
+use vitrine::plain::is_plain;
 use vitrine_exhibit::settings::{ServicePort, Settings as Kept, SettingsError};
 use vitrine_exhibit::units::CentiDegrees;
 
@@ -68,7 +69,11 @@ enum Field<'a> {
 }
 
 const ENTRIES: [Entry; 9] = [
-    Entry { key: "place", wanted: "a name of at most 32 bytes", field: |kept| Field::Name(&mut kept.place) },
+    Entry {
+        key: "place",
+        wanted: "a name of at most 32 bytes on one line",
+        field: |kept| Field::Name(&mut kept.place),
+    },
     Entry {
         key: "service_port",
         wanted: "cable, where a computer beside the exhibit is at its end, or network",
@@ -127,7 +132,7 @@ impl Entry {
     /// Sets it to what a person has written; nothing where that is no such value.
     fn write(&self, kept: &mut Kept, text: &str) -> Option<()> {
         match (self.field)(kept) {
-            Field::Name(name) => *name = text.try_into().ok()?,
+            Field::Name(name) => *name = Some(text).filter(|text| is_plain(text))?.try_into().ok()?,
             Field::Port(port) => {
                 *port = match text {
                     "cable" => ServicePort::Cable,

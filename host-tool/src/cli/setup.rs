@@ -1,13 +1,10 @@
-//! `vitrine explain`, `completions` and `man`: help for the command itself.
-
-use std::path::PathBuf;
+//! `vitrine explain` and `completions`: help for the command itself.
 
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
 use miette::{Diagnostic, Report};
 use serde_json::json;
 use thiserror::Error;
-use vitrine::build_folder::write_file;
 use vitrine::config::closest;
 
 use super::Cli;
@@ -40,28 +37,11 @@ pub(super) struct Completions {
     shell: Shell,
 }
 
-/// Write the man pages into a folder.
-#[derive(Args)]
-#[command(after_help = "Examples:\n  vitrine man ~/.local/share/man/man1\n  vitrine man . --dry-run")]
-pub(super) struct Man {
-    /// The folder, which must exist.
-    folder: PathBuf,
-    /// Only tell which pages would be written.
-    #[arg(long)]
-    dry_run: bool,
-}
-
 #[derive(Debug, Error, Diagnostic)]
 enum SetupFailure {
     #[error("there is no error with the code {code}")]
     #[diagnostic(code(vitrine::setup::no_such_code), help("{help}"))]
     NoSuchCode { code: String, help: String },
-    #[error("cannot write {}", path.display())]
-    #[diagnostic(
-        code(vitrine::setup::write),
-        help("look at the folder, the disk's free space and the permissions")
-    )]
-    Write { path: PathBuf, source: std::io::Error },
 }
 
 impl Explain {
@@ -100,40 +80,6 @@ impl Completions {
         output.result(&json!({ "shell": self.shell.to_string(), "script": script }), || script.clone());
         Ok(())
     }
-}
-
-impl Man {
-    pub(super) fn run(self, output: Output) -> Result<(), Report> {
-        let mut written = Vec::new();
-        let mut command = Cli::command().disable_help_subcommand(true);
-        command.build();
-        for page in pages(&command) {
-            let man = clap_mangen::Man::new(page.clone());
-            let path = self.folder.join(man.get_filename());
-            let title = man.get_filename().trim_end_matches(".1").to_uppercase();
-            let man = man
-                .title(title)
-                .date("")
-                .source(concat!("vitrine ", env!("CARGO_PKG_VERSION")))
-                .manual("Vitrine");
-            let write = |source| SetupFailure::Write { path: path.clone(), source };
-            let mut text = Vec::new();
-            man.render(&mut text).map_err(write)?;
-            if !self.dry_run {
-                write_file(&path, &text).map_err(write)?;
-            }
-            written.push(path);
-        }
-        output.result(&json!({ "files": written, "written": !self.dry_run }), || {
-            written.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join("\n")
-        });
-        Ok(())
-    }
-}
-
-/// A command and all commands within it.
-fn pages(command: &clap::Command) -> Vec<&clap::Command> {
-    std::iter::once(command).chain(command.get_subcommands().flat_map(pages)).collect()
 }
 
 #[cfg(test)]

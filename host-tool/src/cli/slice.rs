@@ -11,6 +11,7 @@ use vitrine::config::{
     parse_colour,
 };
 use vitrine::object;
+use vitrine::plain;
 use vitrine::volume::InkDepth;
 
 use super::design::{Effort, FEW_STACKS, Source, folder_of, told_written};
@@ -143,7 +144,7 @@ impl Slice {
             Some(path) => config::load(path)?,
             None => {
                 let mut exhibit = config::object_exhibit(ObjectSettings::default());
-                let name = self.model.file_stem().unwrap_or_default().to_string_lossy();
+                let name = plain::path(self.model.file_stem().unwrap_or_default());
                 exhibit.name = name.chars().take(LONGEST_NAME).collect();
                 exhibit
             }

@@ -15,7 +15,6 @@ use super::clock::{drift_text, source_text, time_text};
 use super::connect::To;
 use super::exposure::Exposure;
 use super::output::Output;
-use super::upload::active_plan;
 use super::words;
 
 /// Tell how the exhibit is: viewer, view, lamps, dose, interlock, clock, faults.
@@ -46,7 +45,7 @@ impl Status {
         let mut client = self.to.open()?;
         let status = client.status()?;
         let in_sync = built.map(|crc| status.plan.as_ref().is_some_and(|plan| plan.crc == crc));
-        let plan = if self.exposure { active_plan(&mut client)? } else { None };
+        let plan = if self.exposure { client.active_plan()? } else { None };
         let exposure = plan.map(|plan| Exposure::of(&status.snapshot, &plan));
         let mut told = as_json(client.address(), client.hello(), &status, in_sync);
         if let Some(exposure) = &exposure {

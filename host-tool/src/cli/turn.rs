@@ -7,6 +7,7 @@ use miette::{Diagnostic, Report};
 use thiserror::Error;
 use vitrine::build_folder::{BuildFolder, LookRequest, Turn, turn, write_file};
 use vitrine::optics::{Direction, LampPair};
+use vitrine::plain;
 use vitrine::projection::ViewerDistance;
 
 use super::output::Output;
@@ -118,7 +119,7 @@ impl TurnCommand {
             "written": !self.dry_run,
         });
         output.result(&result, || {
-            format!("{}  {} frames, {} a second", self.output.display(), wanted.frames.len(), self.fps)
+            format!("{}  {} frames, {} a second", plain::path(&self.output), wanted.frames.len(), self.fps)
         });
         Ok(())
     }

@@ -6,9 +6,7 @@ use clap::Args;
 use miette::{Diagnostic, IntoDiagnostic, Report};
 use thiserror::Error;
 use vitrine::build_folder::BuildFolder;
-use vitrine::link::{Client, LinkError};
-use vitrine_exhibit::plan::{Bounds, Plan, PlanError, ValidPlan};
-use vitrine_protocol::Refusal;
+use vitrine_exhibit::plan::{Bounds, PlanError, ValidPlan};
 use vitrine_protocol::plan_file::{self, PlanFileError};
 
 use super::changes::changes;
@@ -23,7 +21,8 @@ Examples:
   vitrine upload build --to /dev/ttyACM0
   vitrine upload build --to tcp:127.0.0.1:7470 --dry-run
 
-On a terminal it asks before it replaces another plan. The controller keeps its plan until it has verified the new one.")]
+It asks before it replaces another plan; where there is no terminal to ask, and with --json, it does so only with --yes. The \
+controller keeps its plan until it has verified the new one.")]
 pub(super) struct Upload {
     /// The build folder.
     build: PathBuf,
@@ -35,8 +34,8 @@ pub(super) struct Upload {
     /// Only tell what would change.
     #[arg(long)]
     dry_run: bool,
-    /// Do not ask. Without a terminal nobody is asked either.
-    #[arg(long, conflicts_with = "dry_run")]
+    /// Replace another plan without being asked.
+    #[arg(long)]
     yes: bool,
 }
 
@@ -52,6 +51,14 @@ enum UploadFailure {
     #[error("the plan was not sent: the question was not answered with yes")]
     #[diagnostic(code(vitrine::upload::declined), help("answer y, or give --yes to be asked nothing"))]
     Declined,
+    #[error(
+        "the plan was not sent: another is active, and there is no terminal to ask whether it may be replaced"
+    )]
+    #[diagnostic(
+        code(vitrine::upload::unasked),
+        help("give --yes to replace it; --dry-run tells what would change")
+    )]
+    Unasked,
 }
 
 impl Upload {
@@ -63,7 +70,7 @@ impl Upload {
             .map_err(|source| UploadFailure::PlanFile { path: path.clone(), source })?;
         ValidPlan::new(plan.clone()).map_err(|source| UploadFailure::Plan { path, source })?;
         let mut client = self.to.open()?;
-        let before = active_plan(&mut client)?;
+        let before = client.active_plan()?;
         let changes = changes(before.as_ref(), &plan);
         output.note(&changes.join("\n"));
         let same = before.as_ref() == Some(&plan);
@@ -72,8 +79,12 @@ impl Upload {
             output.note("it asks for more than the controller allows now: --allow-more confirms that");
         }
         let wanted = !self.dry_run && !same;
-        if wanted && before.is_some() && !self.yes && !output.asks("Send it?").into_diagnostic()? {
-            return Err(UploadFailure::Declined.into());
+        if wanted && before.is_some() && !self.yes {
+            match output.asks("Send it?").into_diagnostic()? {
+                Some(true) => {}
+                Some(false) => return Err(UploadFailure::Declined.into()),
+                None => return Err(UploadFailure::Unasked.into()),
+            }
         }
         if wanted {
             if self.allow_more {
@@ -114,14 +125,5 @@ impl Upload {
             output.note("Next: vitrine watch, or vitrine serve for the same in a browser");
         }
         Ok(())
-    }
-}
-
-/// The controller's plan, if it has one that this version reads.
-pub(super) fn active_plan(client: &mut Client) -> Result<Option<Plan>, LinkError> {
-    match client.read_plan() {
-        Ok(bytes) => Ok(plan_file::decode(&bytes).ok()),
-        Err(LinkError::Refused { refusal: Refusal::NoPlan, .. }) => Ok(None),
-        Err(error) => Err(error),
     }
 }

@@ -8,6 +8,7 @@ use thiserror::Error;
 use vitrine::build_folder::{BuildFolder, LookRequest, look, look_png, write_file};
 use vitrine::config::{ToneSetting, distance};
 use vitrine::optics::{Direction, LampPair};
+use vitrine::plain;
 use vitrine::projection::ViewerDistance;
 
 use super::output::Output;
@@ -121,7 +122,7 @@ impl View {
             "changed_films": films.changed,
             "written": !self.dry_run,
         });
-        output.result(&result, || format!("{}  gain {:.4}", self.output.display(), seen.gain));
+        output.result(&result, || format!("{}  gain {:.4}", plain::path(&self.output), seen.gain));
         Ok(())
     }
 

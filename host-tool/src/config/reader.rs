@@ -9,6 +9,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::problem::{Problem, Problems};
+use crate::plain::is_plain;
 
 /// What numbers a key takes.
 #[derive(Clone, Copy)]
@@ -167,6 +168,11 @@ impl<'a> TableReader<'a> {
     fn text_of(&mut self, key: &'static str, wanted: Wanted) -> Option<Placed<&'a str>> {
         let value = self.value(key, wanted)?;
         match value.get_ref().as_str() {
+            Some(text) if !is_plain(text) => {
+                let message = format!("`{key}` in {} holds a control character", self.name);
+                self.report_value(value.span(), message, "write it as letters, digits and signs on one line");
+                None
+            }
             Some(text) => Some(Placed { value: text, span: value.span() }),
             None => {
                 self.report_type(key, value, "a text in quotes");

@@ -9,6 +9,8 @@ use std::{
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use miette::Diagnostic;
 use thiserror::Error;
+
+use crate::build_folder::try_file;
 use vitrine_storage::map::{FLASH_BYTES, SECTOR_BYTES};
 
 /// The whole chip.
@@ -74,28 +76,29 @@ impl FlashFile {
     /// Where the file is in use, is something else, or cannot be read and written.
     pub fn open(path: &Path) -> Result<Self, FlashError> {
         let failed = |source| FlashError::File { path: path.to_owned(), source };
-        let mut file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(path)
-            .map_err(failed)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(FlashError::Busy { path: path.to_owned() }),
-            Err(TryLockError::Error(source)) => return Err(failed(source)),
-        }
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(failed)?;
+        let mut options = OpenOptions::new();
+        let mut file =
+            options.read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
+        let mut bytes = contents(&mut file, path)?;
         if bytes.is_empty() {
             bytes = vec![0xff; BYTES];
             file.write_all(&bytes).map_err(failed)?;
         }
-        if bytes.len() != BYTES {
-            return Err(FlashError::Size { path: path.to_owned(), length: bytes.len() });
-        }
         Ok(Self { bytes, file: Some(file) })
+    }
+
+    /// Looks whether flash could be kept in this file, and writes nothing; tells whether there is any in it yet.
+    ///
+    /// # Errors
+    /// Those of [`FlashFile::open`].
+    pub fn look(path: &Path) -> Result<bool, FlashError> {
+        let failed = |source| FlashError::File { path: path.to_owned(), source };
+        if !path.exists() {
+            try_file(path).map_err(failed)?;
+            return Ok(false);
+        }
+        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(failed)?;
+        Ok(!contents(&mut file, path)?.is_empty())
     }
 
     /// Whether nothing has been written there since it was erased.
@@ -121,6 +124,26 @@ impl FlashFile {
             file.write_all(&self.bytes[range]).map_err(|_| WriteError::File)?;
         }
         Ok(())
+    }
+}
+
+/// What a flash file holds, for this program alone for as long as it is open: nothing yet, or flash.
+fn contents(file: &mut File, path: &Path) -> Result<Vec<u8>, FlashError> {
+    let failed = |source| FlashError::File { path: path.to_owned(), source };
+    match file.try_lock() {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => return Err(FlashError::Busy { path: path.to_owned() }),
+        Err(TryLockError::Error(source)) => return Err(failed(source)),
+    }
+    let mut bytes = Vec::new();
+    // A byte more than flash has tells that it is none, however large it is.
+    file.take(BYTES as u64 + 1).read_to_end(&mut bytes).map_err(failed)?;
+    match bytes.len() {
+        0 | BYTES => Ok(bytes),
+        _ => {
+            let length = file.metadata().map_err(failed)?.len() as usize;
+            Err(FlashError::Size { path: path.to_owned(), length })
+        }
     }
 }
 

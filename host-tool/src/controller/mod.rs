@@ -16,7 +16,7 @@ mod updates;
 pub use flash::{FlashError, FlashFile};
 pub use machine::VirtualController;
 pub use room::{Noise, Viewer, Walk, thermal_frames};
-pub use serve::{DEFAULT_PORT, Pace, ServeError, Served, serve};
+pub use serve::{DEFAULT_PORT, Pace, ServeError, Served, serve, try_place};
 pub use surroundings::Surroundings;
 pub use time::Clock;
 

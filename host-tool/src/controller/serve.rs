@@ -74,18 +74,31 @@ pub struct Served {
     announcement: Option<Announcement>,
 }
 
+fn listen(place: &str) -> Result<(TcpListener, SocketAddr), ServeError> {
+    let failed = |source: io::Error| match source.kind() {
+        io::ErrorKind::AddrInUse => ServeError::PortBusy { place: place.to_owned() },
+        _ => ServeError::Listen { place: place.to_owned(), source },
+    };
+    let listener = TcpListener::bind(place).map_err(failed)?;
+    listener.set_nonblocking(true).map_err(failed)?;
+    let address = listener.local_addr().map_err(failed)?;
+    Ok((listener, address))
+}
+
+/// Looks whether a controller could be served at `HOST:PORT`, without doing it.
+///
+/// # Errors
+/// Those of [`serve`].
+pub fn try_place(place: &str) -> Result<(), ServeError> {
+    listen(place).map(drop)
+}
+
 /// Listens at `HOST:PORT` (port 0: any free one) and serves the controller from threads of its own.
 ///
 /// # Errors
 /// Where the port is taken or cannot be opened.
 pub fn serve(controller: VirtualController, place: &str, pace: Pace) -> Result<Served, ServeError> {
-    let listen = |source: io::Error| match source.kind() {
-        io::ErrorKind::AddrInUse => ServeError::PortBusy { place: place.to_owned() },
-        _ => ServeError::Listen { place: place.to_owned(), source },
-    };
-    let listener = TcpListener::bind(place).map_err(listen)?;
-    listener.set_nonblocking(true).map_err(listen)?;
-    let address = listener.local_addr().map_err(listen)?;
+    let (listener, address) = listen(place)?;
     let controller = Arc::new(Mutex::new(controller));
     let stop = Arc::new(AtomicBool::new(false));
     let mut threads = Vec::new();

@@ -18,6 +18,7 @@ use vitrine_protocol::{
 };
 
 use super::{Address, LinkError, Transport, transport};
+use crate::plain::make_plain;
 
 /// How long one try of a request waits for its answer: an erase of flash takes up to 0.4 s.
 const PATIENCE: Duration = Duration::from_millis(1_500);
@@ -384,12 +385,31 @@ impl Client {
             if frame::decode_sequence(body) != Some(self.sequence) {
                 continue;
             }
-            let reply = frame::decode::<Reply>(body).map(|(_, reply)| reply);
+            let reply = frame::decode::<Reply>(body).map(|(_, reply)| reply.map(plainly));
             self.unread = unread.collect();
             return Some(reply);
         }
         None
     }
+}
+
+/// An answer whose names can be told: whoever answers may call itself what a terminal obeys.
+fn plainly(mut response: Response) -> Response {
+    match &mut response {
+        Response::Hello(hello) => {
+            make_plain(&mut hello.serial_number);
+            make_plain(&mut hello.firmware);
+            make_plain(&mut hello.name);
+        }
+        Response::Status(Status { plan: Some(plan), .. }) => {
+            make_plain(&mut plan.name);
+            make_plain(&mut plan.view_id);
+        }
+        Response::Settings(settings) => make_plain(&mut settings.place),
+        Response::Firmware(firmware) => make_plain(&mut firmware.version),
+        _ => {}
+    }
+    response
 }
 
 /// A first sequence number that the last program on this port hardly used.

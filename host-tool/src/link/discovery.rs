@@ -12,6 +12,7 @@ use serialport::{SerialPortInfo, SerialPortType, available_ports};
 use vitrine_protocol::{Hello, USB_IDS, USB_PRODUCT};
 
 use super::{Address, Client, LinkError};
+use crate::plain;
 
 /// One port, and what is behind it.
 #[derive(Debug)]
@@ -96,12 +97,12 @@ pub(super) fn behind(ports: Vec<SerialPortInfo>) -> Vec<Device> {
             let address = Address::Serial(port.port_name);
             match port.port_type {
                 SerialPortType::UsbPort(usb) if is_ours(&usb) => {
-                    let kind = usb.product.unwrap_or_else(|| USB_PRODUCT.to_owned());
-                    Some(greeted(address, kind, usb.serial_number))
+                    let kind = told(usb.product).unwrap_or_else(|| USB_PRODUCT.to_owned());
+                    Some(greeted(address, kind, told(usb.serial_number)))
                 }
                 SerialPortType::UsbPort(usb) => Some(Device {
-                    kind: usb.product.unwrap_or_else(|| format!("USB {:04x}:{:04x}", usb.vid, usb.pid)),
-                    serial_number: usb.serial_number,
+                    kind: told(usb.product).unwrap_or_else(|| format!("USB {:04x}:{:04x}", usb.vid, usb.pid)),
+                    serial_number: told(usb.serial_number),
                     state: Err(LinkError::NotOurs { address: address.clone() }),
                     address,
                 }),
@@ -109,6 +110,11 @@ pub(super) fn behind(ports: Vec<SerialPortInfo>) -> Vec<Device> {
             }
         })
         .collect()
+}
+
+/// What a board calls itself, as it can be told.
+fn told(name: Option<String>) -> Option<String> {
+    name.map(|name| plain::name(&name).into_owned())
 }
 
 fn is_ours(usb: &serialport::UsbPortInfo) -> bool {
@@ -164,6 +170,7 @@ pub(super) fn announced_in(folder: &Path) -> Vec<Address> {
         .flatten()
         .filter(|entry| entry.path().extension().is_none_or(|extension| extension != "new"))
         .filter_map(|entry| fs::read_to_string(entry.path()).ok())
+        .filter(|place| plain::is_plain(place))
         .map(Address::Tcp)
         .collect()
 }

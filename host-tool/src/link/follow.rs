@@ -7,7 +7,7 @@ use std::{
 };
 
 use vitrine_exhibit::{plan::Plan, units::Milliseconds};
-use vitrine_protocol::{Hello, Status, message::LogEntry, plan_file};
+use vitrine_protocol::{Hello, Status, message::LogEntry};
 
 use super::{Address, Client, LinkError};
 
@@ -145,7 +145,7 @@ impl Known {
         let plan_crc = status.plan.as_ref().map(|plan| plan.crc);
         if self.plan_crc != Some(plan_crc) {
             let plan = match plan_crc {
-                Some(_) => plan_file::decode(&client.read_plan()?).ok().map(Box::new),
+                Some(_) => client.active_plan()?.map(Box::new),
                 None => None,
             };
             updates.push(Update::Plan(plan));

@@ -1,5 +1,6 @@
 //! Sending a plan, and reading it back.
 
+use vitrine_exhibit::plan::Plan;
 use vitrine_protocol::{
     MAX_CHUNK, Refusal, Request, Response,
     message::Chunk,
@@ -7,6 +8,7 @@ use vitrine_protocol::{
 };
 
 use super::{Client, LinkError};
+use crate::plain::make_plain;
 
 /// What is being done with a plan or with firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,6 +65,21 @@ impl Client {
     /// Those of the link, and [`Refusal::NoPlan`].
     pub fn read_plan(&mut self) -> Result<Vec<u8>, LinkError> {
         self.read_plan_with(&mut |_| {})
+    }
+
+    /// The active plan with names that can be told; none if there is none, or this version cannot read it.
+    ///
+    /// # Errors
+    /// Those of the link.
+    pub fn active_plan(&mut self) -> Result<Option<Plan>, LinkError> {
+        let bytes = match self.read_plan() {
+            Err(LinkError::Refused { refusal: Refusal::NoPlan, .. }) => return Ok(None),
+            read => read?,
+        };
+        let Ok(mut plan) = plan_file::decode(&bytes) else { return Ok(None) };
+        make_plain(&mut plan.name);
+        plan.views.iter_mut().for_each(|view| make_plain(&mut view.id));
+        Ok(Some(plan))
     }
 
     /// Sends what `begin` announces and has it committed; once more where another host has left damaged parts of it.

@@ -73,6 +73,15 @@ pub enum StarterError {
         /// The most views of a plan.
         most: usize,
     },
+    /// One of the pictures has a name that exhibit.toml cannot hold.
+    #[error("the name of {} holds a control character", .0.display())]
+    #[diagnostic(
+        code("vitrine::new::name"),
+        help(
+            "give the file a name of letters, digits and signs; the message shows what is none of them as \\u and its number"
+        )
+    )]
+    Name(PathBuf),
     /// One of the pictures cannot be used.
     #[error(transparent)]
     #[diagnostic(code("vitrine::new::picture"), help("mend the file or take it out of the folder"))]

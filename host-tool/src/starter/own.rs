@@ -8,6 +8,7 @@ use vitrine_exhibit::plan::MAX_VIEWS;
 
 use super::{EXHIBIT_TOML, StarterError};
 use crate::picture::{Picture, PictureError};
+use crate::plain::{self, is_plain};
 
 /// Endings of the files that are taken for pictures.
 const ENDINGS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "webp"];
@@ -56,7 +57,7 @@ pub fn own_pictures(folder: &Path) -> Result<OwnPictures, StarterError> {
         } else if path.is_file() && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())) {
             paths.push(path);
         } else {
-            left_out.push(name);
+            left_out.push(plain::name(&name).into_owned());
         }
     }
     alphanumeric_sort::sort_path_slice(&mut paths);
@@ -71,6 +72,9 @@ pub fn own_pictures(folder: &Path) -> Result<OwnPictures, StarterError> {
             },
             most: MAX_VIEWS,
         });
+    }
+    if let Some(path) = paths.iter().find(|path| !is_plain(&file_name(path))) {
+        return Err(StarterError::Name(path.clone()));
     }
     let read = |path: &std::path::PathBuf| -> Result<OwnPicture, StarterError> {
         let [width, height] = Picture::check(path)?;

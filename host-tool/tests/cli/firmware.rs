@@ -9,7 +9,7 @@ use super::support::{Simulated, Workshop};
 const ADDRESS: u32 = 0x1001_0100;
 
 /// The smallest ELF file with an image for the board: one segment, a stack and an entry in front.
-fn elf(text: &str) -> Vec<u8> {
+pub(super) fn elf(text: &str) -> Vec<u8> {
     let mut body = [0x2001_0000_u32, ADDRESS + 0x41].map(u32::to_le_bytes).concat();
     body.resize(0x40, 0);
     body.extend_from_slice(text.as_bytes());

@@ -34,8 +34,20 @@ fn photograph(chart: &Chart, glow: impl Fn(f64, [f64; 2]) -> f64) -> Picture {
 }
 
 /// The wedge in inks that glow `most` of their coverage to the power 0.8.
-fn wedge_photograph(most: f64) -> Picture {
+pub(super) fn wedge_photograph(most: f64) -> Picture {
     photograph(&wedge(), |coverage, _| most * coverage.powf(0.8))
+}
+
+/// The circles with strips of a film that lets so much of the light through.
+pub(super) fn circles_photograph(tau: f64) -> Picture {
+    let strips = |[x, y]: [f64; 2]| {
+        let over = |strip: &usize| {
+            let [left, top, width, height] = films::strip_mm(*strip);
+            (left..left + width).contains(&x) && (top..top + height).contains(&y)
+        };
+        (1..=films::MOST_FILMS).filter(over).count() as i32
+    };
+    photograph(&films::chart(), |coverage, place| 0.7 * coverage * tau.powi(strips(place)))
 }
 
 #[test]
@@ -140,16 +152,8 @@ fn circles_fade_behind_films_as_in_the_paper() {
 #[test]
 fn photographed_circles_tell_what_a_film_lets_through() {
     let workshop = Workshop::new();
-    let strips = |[x, y]: [f64; 2]| {
-        let over = |strip: &usize| {
-            let [left, top, width, height] = films::strip_mm(*strip);
-            (left..left + width).contains(&x) && (top..top + height).contains(&y)
-        };
-        (1..=films::MOST_FILMS).filter(over).count() as i32
-    };
-    for (name, tau) in [("one.png", 0.88_f64), ("two.png", 0.9)] {
-        let picture = photograph(&films::chart(), |coverage, place| 0.7 * coverage * tau.powi(strips(place)));
-        picture.write_png(&workshop.path(name)).unwrap();
+    for (name, tau) in [("one.png", 0.88), ("two.png", 0.9)] {
+        circles_photograph(tau).write_png(&workshop.path(name)).unwrap();
     }
     let fit = ["experiment", "films", "--fit", "one.png", "two.png", "--side", "lamp"];
     let told: Value = serde_json::from_str(&workshop.succeed(&[&fit[..], &["--json"]].concat())).unwrap();

@@ -17,6 +17,8 @@ fn a_plan_is_uploaded_and_what_runs_is_told() {
     let to = simulated.address.as_str();
     let status = || json(&workshop.succeed(&["status", "--to", to, "--build", "build", "--json"]));
     assert_eq!((&status()["exhibit"], &status()["runs_this_build"]), (&Value::Null, &Value::from(false)));
+    let none = workshop.succeed(&["status", "--to", to, "--build", "build"]);
+    assert!(none.contains("stale: the controller runs no plan; `vitrine upload` sends this build"), "{none}");
 
     let told = json(&workshop.succeed(&["upload", "build", "--to", to, "--dry-run", "--json"]));
     assert_eq!(told["sent"], false);
@@ -109,7 +111,16 @@ fn a_plan_that_asks_for_more_is_taken_when_that_is_confirmed() {
     let more = format!("{}[limits]\ndaily_dose_j_m2 = 20000\n", super::support::SMALL);
     workshop.write("exhibit.toml", more);
     workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
-    let told = json(&workshop.succeed(&["upload", "build", "--to", to, "--json"]));
+    // Nobody can be asked here whether the plan may be replaced.
+    for more in [&[][..], &["--json"]] {
+        let unasked = workshop.run(&[&["upload", "build", "--to", to], more].concat());
+        assert_eq!(unasked.code, Some(1));
+        assert!(unasked.stderr.contains("vitrine::upload::unasked"), "{}", unasked.stderr);
+        assert!(unasked.stderr.contains("--yes"), "{}", unasked.stderr);
+    }
+    let stale = workshop.succeed(&["status", "--build", "build", "--to", to]);
+    assert!(stale.contains("the controller runs another plan"), "{stale}");
+    let told = json(&workshop.succeed(&["upload", "build", "--yes", "--to", to, "--json"]));
     assert_eq!((&told["sent"], &told["asks_for_more"]), (&Value::from(true), &Value::from(false)));
 
     let less_again = workshop.path("exhibit.toml");
@@ -117,12 +128,12 @@ fn a_plan_that_asks_for_more_is_taken_when_that_is_confirmed() {
     workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
     let stale = workshop.succeed(&["status", "--build", "build", "--to", to]);
     assert!(stale.contains("the controller runs another plan"), "{stale}");
-    let refused = workshop.run(&["upload", "build", "--to", to]);
+    let refused = workshop.run(&["upload", "build", "--yes", "--to", to]);
     assert_eq!(refused.code, Some(1));
     assert!(refused.stderr.contains("vitrine upload --allow-more"), "{}", refused.stderr);
     let told = json(&workshop.succeed(&["upload", "build", "--to", to, "--dry-run", "--json"]));
     assert_eq!((&told["sent"], &told["asks_for_more"]), (&Value::from(false), &Value::from(true)));
-    let told = json(&workshop.succeed(&["upload", "build", "--to", to, "--allow-more", "--json"]));
+    let told = json(&workshop.succeed(&["upload", "build", "--yes", "--to", to, "--allow-more", "--json"]));
     assert_eq!(told["sent"], true);
 }
 

@@ -14,14 +14,14 @@ use super::link::json;
 use super::support::{Finished, Simulated, Workshop};
 
 /// Lets `devices` find what is at `place`, as a simulated controller announces itself.
-fn announce(workshop: &Workshop, place: &str) {
+pub(super) fn announce(workshop: &Workshop, place: &str) {
     let folder = workshop.runtime().join("vitrine-controllers");
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join(place.replace(':', "_")), place).unwrap();
 }
 
 /// Answers every connection by `answer`, for as long as the test runs.
-fn serve(answer: impl Fn(TcpStream) + Send + 'static) -> String {
+pub(super) fn serve(answer: impl Fn(TcpStream) + Send + 'static) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let place = listener.local_addr().unwrap().to_string();
     std::thread::spawn(move || listener.incoming().flatten().for_each(answer));

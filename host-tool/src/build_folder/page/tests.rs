@@ -83,3 +83,23 @@ fn the_page_asks_for_nothing_and_names_its_scripts_by_their_hashes() {
     assert!(page.contains("default-src 'none'") && !page.contains("unsafe-inline"));
     assert_eq!(page.matches("sha256-").count(), 1 + viewer::SCRIPTS.len());
 }
+
+#[test]
+fn many_pairs_for_two_viewers_are_folded_and_few_are_not() {
+    let exhibit = exhibit("Three");
+    let shown = |pairs: usize| {
+        let mut report = report(&exhibit);
+        let pair = |number: usize| serde_json::json!({ "views": [format!("one-{number}"), "two"], "pair": { "top": 1.0, "bottom": 0.25 } });
+        report.shared = (0..pairs).map(|number| serde_json::from_value(pair(number)).unwrap()).collect();
+        tables::lamps(&report).into_string()
+    };
+    let last = |pairs: usize| format!("one-{} and two", pairs - 1);
+    let few = shown(15);
+    assert!(few.contains(&last(15)) && !few.contains("<details"), "{few}");
+    let many = shown(16);
+    let (before, folded) = many.split_once("<details>").unwrap();
+    assert!(folded.starts_with("<summary>The 16 pairs for two viewers at once</summary>"), "{folded}");
+    let (folded, _) = folded.split_once("</details>").unwrap();
+    assert!(folded.contains(&last(16)) && !before.contains("and two"), "{many}");
+    assert!(!shown(0).contains("two viewers"));
+}

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use thiserror::Error;
 use vitrine::build_folder::write_file;
 use vitrine::firmware::{SecretKey, SignedImage, Sizes, bootloader, image, join, sign, sizes, uf2};
+use vitrine::plain;
 
 use super::{Signing, WriteFailure};
 use crate::cli::output::Output;
@@ -105,7 +106,7 @@ impl Build {
                 "{}\n{}\n{}: firmware {}, signed with the key {}",
                 line("boot loader", sizes[0]),
                 line("firmware", sizes[1]),
-                self.output.display(),
+                plain::path(&self.output),
                 self.signing.version,
                 key.fingerprint()
             )
@@ -128,9 +129,9 @@ impl Build {
         output.result(&told, || {
             format!(
                 "{}: firmware {} of the sources in {} would be built, and signed with the key {}: {}",
-                self.output.display(),
+                plain::path(&self.output),
                 self.signing.version,
-                source.display(),
+                plain::path(source),
                 key.fingerprint(),
                 FILES.join(", ")
             )

@@ -8,6 +8,7 @@ use clap::Args;
 use miette::{Diagnostic, Report};
 use thiserror::Error;
 use vitrine::firmware::SecretKey;
+use vitrine::plain;
 
 use super::WriteFailure;
 use crate::cli::output::Output;
@@ -57,7 +58,7 @@ impl Keygen {
             "written": key.is_some(),
         });
         output.result(&told, || {
-            let (secret, public) = (self.secret.display(), self.public.display());
+            let (secret, public) = (plain::path(&self.secret), plain::path(&self.public));
             match &key {
                 Some(key) => format!("key {key}: keep {secret} secret; {public} goes into boards"),
                 None => format!("a key would be made: {secret} to keep secret, {public} for boards"),

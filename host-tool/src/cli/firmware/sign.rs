@@ -6,6 +6,7 @@ use clap::Args;
 use miette::Report;
 use vitrine::build_folder::write_file;
 use vitrine::firmware::{SignedImage, image, sign};
+use vitrine::plain;
 
 use super::{Signing, WriteFailure};
 use crate::cli::output::Output;
@@ -52,7 +53,7 @@ impl Sign {
             let (version, key) = (&self.signing.version, key.fingerprint());
             format!(
                 "{}: firmware {version}, {} bytes, {done} with the key {key}",
-                self.output.display(),
+                plain::path(&self.output),
                 bytes.len()
             )
         });
