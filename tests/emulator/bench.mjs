@@ -47,6 +47,7 @@ const operations = {
   flash: ({ start, length }) => ({ bytes: hex(board.flash.bytes.subarray(start, start + length)) }),
   flash_write: ({ start, bytes }) => void board.flash.bytes.set(unhex(bytes), start),
   flash_steps: () => ({ steps: board.flash.steps, log: board.flash.log.splice(0) }),
+  erase_time: ({ ns }) => void (board.flash.eraseNanos = ns),
   erases: () => ({ erases: board.erases.splice(0) }),
   flash_save: () => void (saved = board.flash.bytes.slice()),
   flash_restore: () => void board.flash.bytes.set(saved),

@@ -150,6 +150,11 @@ impl Bench {
         self.call(json!({"op": "flash_steps"}))["steps"].as_u64().expect("a number")
     }
 
+    /// Sets how long the flash takes to erase a sector.
+    pub(crate) fn erase_time(&mut self, ns: u64) {
+        self.call(json!({"op": "erase_time", "ns": ns}));
+    }
+
     /// Takes the erases since the last call.
     pub(crate) fn erases(&mut self) -> Vec<Erase> {
         let answer = self.call(json!({"op": "erases"}));

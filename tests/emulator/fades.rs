@@ -13,7 +13,7 @@ use vitrine_storage::map::{CLOCK, LEDGER, LOG, LOG_ENTRY_BYTES, SECTOR_BYTES};
 use vitrine_storage::mock::MockFlash;
 use vitrine_storage::{Ledger, Ring, TwoSlots};
 
-use crate::bench::{Bench, Erase, MILLISECOND, SECOND};
+use crate::bench::{Bench, Erase, LAMP_ENABLE, MILLISECOND, SECOND};
 use crate::exhibit::plan;
 use crate::hosts::Host;
 use crate::room::battery_clock;
@@ -23,6 +23,9 @@ const LOG_SECTOR: u32 = SECTOR_BYTES / (LOG_ENTRY_BYTES as u32 + 8);
 
 /// Records of the ledger in a sector.
 const LEDGER_SECTOR: u32 = LEDGER.appends_per_round() / ((LEDGER.end() - LEDGER.start()) / SECTOR_BYTES);
+
+/// Records of the ledger for a start and the first light.
+const FIRST_LIGHT: u32 = 4;
 
 /// The board's queue of events.
 const QUEUE: u32 = 64;
@@ -55,19 +58,19 @@ fn hold(bench: &mut Bench, host: &mut Host, view: u8) {
 }
 
 /// Has so many events logged: re-arms that change nothing.
-fn events(bench: &mut Bench, host: &mut Host, count: u32) {
+pub(crate) fn events(bench: &mut Bench, host: &mut Host, count: u32) {
     for _ in 0..count {
         host.patiently(bench, &Request::Exhibit(inputs::Request::Rearm)).expect("power");
         bench.run(10 * MILLISECOND);
     }
 }
 
-fn of(erases: &[Erase], place: impl Region) -> usize {
+pub(crate) fn of(erases: &[Erase], place: impl Region) -> usize {
     erases.iter().filter(|erase| place.addresses().contains(&erase.start)).count()
 }
 
 /// Where something lies in flash.
-trait Region {
+pub(crate) trait Region {
     fn addresses(&self) -> Range<u32>;
 }
 
@@ -83,6 +86,12 @@ impl Region for TwoSlots {
     }
 }
 
+/// Sets the clock, which a record of the ledger takes note of.
+pub(crate) fn set_clock(bench: &mut Bench, host: &mut Host) {
+    let set = host.patiently(bench, &Request::SetClock { now: UtcSeconds(1_795_348_900) });
+    assert!(matches!(set, Some(Response::Clock(_))), "{set:?}");
+}
+
 /// The newest record of the ledger in the board's flash.
 fn newest_record(bench: &mut Bench) -> u32 {
     let mut flash = MockFlash::new(LEDGER.start(), LEDGER.end());
@@ -92,16 +101,16 @@ fn newest_record(bench: &mut Bench) -> u32 {
 }
 
 /// How many more entries the log takes without an erase: the rest of its sector, and the one that is erased ahead.
-fn room(log_next: u32) -> u32 {
+pub(crate) fn room(log_next: u32) -> u32 {
     2 * LOG_SECTOR - (log_next - 1) % LOG_SECTOR
 }
 
-/// A board at the first pair of the slow plan, its ledger short before a sector's end.
-fn at_the_first_pair() -> (Bench, Host) {
+/// A board at the first pair of the slow plan, its ledger short before a sector's end: as far from it at the power's coming as
+/// `records` says.
+fn at_the_first_pair(records: u32) -> (Bench, Host) {
     let mut bench = Bench::with_image("vitrine-pico-bench.elf");
     battery_clock(&mut bench);
-    // For the start and the first light: then the ledger's sector is full.
-    bench.flash_write(LEDGER.start(), &ledger_with_room(2));
+    bench.flash_write(LEDGER.start(), &ledger_with_room(records));
     bench.power_on();
     bench.run(100 * MILLISECOND);
     let address = bench.listen();
@@ -116,15 +125,14 @@ fn at_the_first_pair() -> (Bench, Host) {
 
 #[test]
 fn nothing_is_erased_in_a_fade_and_what_waits_for_its_end_is_not_lost() {
-    let (mut bench, mut host) = at_the_first_pair();
+    let (mut bench, mut host) = at_the_first_pair(FIRST_LIGHT);
     let before = host.status(&mut bench);
     let (record, began) = (newest_record(&mut bench), bench.now);
     let sent = room(before.log_next) + QUEUE / 2;
     hold(&mut bench, &mut host, 1);
     bench.run(200 * MILLISECOND);
     events(&mut bench, &mut host, sent);
-    let set = host.ask(&mut bench, &Request::SetClock { now: UtcSeconds(1_795_348_900) });
-    assert!(matches!(set, Ok(Response::Clock(_))), "{set:?}");
+    set_clock(&mut bench, &mut host);
     bench.run(began + FADE - SECOND - bench.now);
     let erases = bench.erases();
     assert!(erases.is_empty(), "{erases:?}");
@@ -152,7 +160,7 @@ fn nothing_is_erased_in_a_fade_and_what_waits_for_its_end_is_not_lost() {
 
 #[test]
 fn events_beyond_the_queue_are_counted_and_the_log_tells_how_many() {
-    let (mut bench, mut host) = at_the_first_pair();
+    let (mut bench, mut host) = at_the_first_pair(FIRST_LIGHT);
     let before = host.status(&mut bench).log_next;
     let sent = room(before) + QUEUE + 20;
     hold(&mut bench, &mut host, 1);
@@ -169,4 +177,30 @@ fn events_beyond_the_queue_are_counted_and_the_log_tells_how_many() {
     assert!((10..=20).contains(&lost), "{lost} lost");
     assert_eq!(rearmed + lost, sent);
     assert_eq!(bench.peek("VITRINE_LOST_EVENTS"), u64::from(lost));
+}
+
+#[test]
+fn a_fade_with_more_records_than_there_is_room_for_stands_still_for_an_erase_instead_of_going_dark() {
+    // One record is left in its sector, and the next is erased ahead.
+    let (mut bench, mut host) = at_the_first_pair(FIRST_LIGHT + 1);
+    let room = 1 + LEDGER_SECTOR;
+    let (first, began) = (newest_record(&mut bench), bench.now);
+    hold(&mut bench, &mut host, 1);
+    bench.run(200 * MILLISECOND);
+    bench.edges();
+    for _ in 0..room + 10 {
+        set_clock(&mut bench, &mut host);
+        let dark = host.status(&mut bench).snapshot.dark;
+        assert_eq!(dark, None, "after {} records", newest_record(&mut bench) - first);
+        bench.run(900 * MILLISECOND);
+    }
+    assert!(bench.now - began < FADE, "the fade is over");
+    let records = newest_record(&mut bench) - first;
+    assert!(records > room, "{records} records");
+    let erases = bench.erases();
+    assert!(of(&erases, LEDGER) >= 1, "{erases:?}");
+    assert!(erases.iter().all(Erase::is_in_steady_light), "{erases:?}");
+    assert!(!bench.edges().iter().any(|edge| edge.pin == LAMP_ENABLE), "dark for a moment");
+    assert_eq!(bench.take_resets(), 0);
+    println!("{records} records in a fade, {} erases", erases.len());
 }

@@ -13,7 +13,7 @@ const UNKNOWN = 20;
 
 const FUNCTIONS = { IF: 1, EX: 2, RE: ERASE, RP: PROGRAM, FC: 5, CX: 6, C4: COPY, MC: COPY, MS: FILL, S4: FILL };
 
-// W25Q16JV: typical times of a sector erase and a page program.
+// W25Q16JV: typical times of a sector erase and a page program. A sector takes 400 ms at worst.
 const SECTOR_BYTES = 4096;
 const SECTOR_ERASE_NANOS = 45e6;
 const PAGE_BYTES = 256;
@@ -42,6 +42,7 @@ export class FlashChip {
   constructor(changed, erases) {
     [this.changed, this.erases] = [changed, erases];
     this.bytes = new Uint8Array(2 * 1024 * 1024).fill(0xff);
+    this.eraseNanos = SECTOR_ERASE_NANOS;
     this.steps = 0;
     this.cut = null;
     this.log = [];
@@ -64,7 +65,7 @@ export class FlashChip {
       case ERASE: {
         this.erases(r0);
         this.step(r0, r1, (at) => 0xff);
-        return (r1 / SECTOR_BYTES) * SECTOR_ERASE_NANOS;
+        return (r1 / SECTOR_BYTES) * this.eraseNanos;
       }
       case PROGRAM: {
         const data = Uint8Array.from({ length: r2 }, (_, i) => mcu.readUint8(r1 + i));

@@ -96,6 +96,25 @@ fn a_host_that_does_not_read_holds_up_nobody() {
     host.status(&mut bench);
 }
 
+/// Many requests come in one packet, whose answers nobody takes: each waits for its time, and the watchdog does not bite.
+#[test]
+fn a_host_that_asks_much_at_once_and_does_not_read_resets_nothing() {
+    let (mut bench, mut host) = neutral_on(Bench::with_image("vitrine-pico-bench.elf"));
+    bench.call(json!({"op": "usb_reading", "reading": false}));
+    let rearm = frame::encode(7, &Request::Exhibit(inputs::Request::Rearm)).expect("a small request");
+    for round in 0..6 {
+        host.stream.write_all(&rearm.repeat(8)).expect("taken");
+        bench.run((400 + round * 90) * MILLISECOND);
+    }
+    bench.run(2_000 * MILLISECOND);
+    println!("LOG {:#?}", bench.log());
+    assert_eq!(bench.take_resets(), 0);
+    bench.call(json!({"op": "usb_reading", "reading": true}));
+    bench.run(1_500 * MILLISECOND);
+    while host.hear().is_some() {}
+    host.status(&mut bench);
+}
+
 /// Every request is whole and allowed: what is too many is refused, and the rest is done.
 #[test]
 fn a_flood_of_commands_is_held_to_the_rate_and_the_service_port_is_served_meanwhile() {

@@ -8,6 +8,7 @@ mod chain;
 mod cuts;
 mod day;
 mod drift;
+mod erases;
 mod exhibit;
 mod fades;
 mod faults;

@@ -161,7 +161,13 @@ fn send(bench: &mut Bench, host: &mut Host, image: &[u8]) -> Result<Response, Re
         host.patiently(bench, &Request::UploadChunk { offset: (index * MAX_CHUNK) as u32, bytes })
             .expect("power");
     }
-    host.ask(bench, &Request::CommitUpload { crc })
+    loop {
+        // Verified once, and put off until the watchdog was fed.
+        match host.ask(bench, &Request::CommitUpload { crc }) {
+            Err(refusal) if let Some(retry) = refusal.retry() => bench.run(u64::from(retry.0) * MILLISECOND),
+            reply => return reply,
+        };
+    }
 }
 
 #[test]
@@ -194,6 +200,21 @@ fn changed_firmware_is_refused_and_firmware_that_hangs_is_gone_back_from() {
     assert_eq!(bench.take_resets(), 2, "the host's, and the boot loader's watchdog");
     let state = state(&mut bench);
     assert_eq!((state.version.as_str(), state.progress), ("1.0.0", Progress::Settled(Outcome::WentBack)));
+}
+
+#[test]
+fn an_update_goes_through_where_every_erase_takes_its_longest() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut bench = board(folder.path());
+    bench.power_on();
+    bench.run(SECOND);
+    bench.erase_time(400 * MILLISECOND);
+    let address = bench.listen();
+    let mut host = Host::greet(&mut bench, &address);
+    let image = program(NEW_PIN, "2.0.0");
+    let crc = plan_file::crc(&image);
+    assert_eq!(send(&mut bench, &mut host, &image), Ok(Response::Committed { crc }));
+    assert_eq!(bench.take_resets(), 0);
 }
 
 /// Every step of the flash in an installation and in going back from it is a page programmed or a sector erased; the steps of

@@ -4,7 +4,8 @@ import net from 'node:net';
 import { USBCDC } from 'rp2040js';
 
 const AVAILABLE = 1 << 10;
-const outControl = (endpoint) => 0x80 + endpoint * 8 + 4;
+const inControl = (endpoint) => 0x80 + endpoint * 8;
+const outControl = (endpoint) => inControl(endpoint) + 4;
 
 export class UsbHost {
   constructor(clock) {
@@ -32,29 +33,35 @@ export class UsbHost {
       else this.fromDevice.push(...bytes);
     };
     // The emulator clears AVAILABLE as soon as the device offers a buffer, and the device then takes it for filled.
+    const setAvailable = (at) => mcu.usbDPRAMView.setUint32(at, mcu.usbDPRAMView.getUint32(at, true) | AVAILABLE, true);
+    const clearAvailable = (at) => mcu.usbDPRAMView.setUint32(at, mcu.usbDPRAMView.getUint32(at, true) & ~AVAILABLE, true);
     usb.onEndpointRead = (endpoint, size) => {
-      const at = outControl(endpoint);
-      mcu.usbDPRAMView.setUint32(at, mcu.usbDPRAMView.getUint32(at, true) | AVAILABLE, true);
+      setAvailable(outControl(endpoint));
       if (endpoint === this.cdc.outEndpoint) this.pending = { endpoint, size };
     };
     const finish = usb.finishRead.bind(usb);
     usb.finishRead = (endpoint, bytes) => {
-      const at = outControl(endpoint);
-      mcu.usbDPRAMView.setUint32(at, mcu.usbDPRAMView.getUint32(at, true) & ~AVAILABLE, true);
+      clearAvailable(outControl(endpoint));
       finish(endpoint, bytes);
     };
-    // A host that does not read leaves the device's buffer where it is.
+    // A host that does not read leaves the device's buffer where it is, and offered.
     const ready = usb.indicateBufferReady.bind(usb);
     usb.indicateBufferReady = (endpoint, out) => {
-      if (!out && endpoint === this.cdc.inEndpoint && !this.reading) this.held.push(endpoint);
-      else ready(endpoint, out);
+      if (out || endpoint !== this.cdc.inEndpoint || this.reading) ready(endpoint, out);
+      else {
+        setAvailable(inControl(endpoint));
+        this.held.push(endpoint);
+      }
     };
-    this.ready = ready;
+    this.take = (endpoint) => {
+      clearAvailable(inControl(endpoint));
+      ready(endpoint, false);
+    };
   }
 
   setReading(reading) {
     this.reading = reading;
-    if (reading) for (const endpoint of this.held.splice(0)) this.ready(endpoint, false);
+    if (reading) for (const endpoint of this.held.splice(0)) this.take(endpoint);
   }
 
   setTerminalReady(ready) {

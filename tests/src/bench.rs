@@ -78,6 +78,8 @@ pub struct Bench {
     pub staff_key: bool,
     /// Requests for the next step.
     pub requests: Vec<Request>,
+    /// The flash's owner asks the lamps to stand still.
+    pub stand_still: bool,
     /// The flash takes what it is given.
     pub flash_works: bool,
     /// The newest ledger record in flash.
@@ -112,6 +114,7 @@ impl Bench {
             clock_record: ClockRecord::default(),
             staff_key: false,
             requests: Vec::new(),
+            stand_still: false,
             flash_works: true,
             flash: LedgerRecord::default(),
             command: LampCommand::DARK,
@@ -181,6 +184,7 @@ impl Bench {
             requests: &requests,
             staff_key: self.staff_key,
             stored,
+            stand_still: self.stand_still,
         };
         let before = self.command;
         let (command, events) = step(&mut self.state, &inputs, TICK);

@@ -231,6 +231,7 @@ fn any_input_is_taken() {
             requests: &requests[..fate.below(3) as usize],
             staff_key: fate.rarely(),
             stored: state.ledger().to_store().map(|record| StoredReservation { sequence: record.sequence }),
+            stand_still: fate.below(2) == 0,
         };
         let elapsed = Milliseconds(if fate.rarely() { fate.any() as u32 >> fate.below(32) } else { 10 });
         let (command, _) = step(&mut state, &inputs, elapsed);

@@ -23,6 +23,8 @@ pub struct Staging {
     crc: CrcDigest<'static, u32>,
     header: [u8; HEADER_BYTES as usize],
     digest: blake3::Hasher,
+    /// What the whole image is, once it has been verified.
+    verified: Option<Result<Header, ImageFault>>,
 }
 
 impl core::fmt::Debug for Staging {
@@ -57,6 +59,7 @@ impl Staging {
             crc: CRC.digest(),
             header: [0; HEADER_BYTES as usize],
             digest: blake3::Hasher::new(),
+            verified: None,
         })
     }
 
@@ -117,19 +120,24 @@ impl Staging {
         self.crc.clone().finalize()
     }
 
-    /// Verifies the image, and has the next start install it.
+    /// Verifies the image, and has the next start install it. Where the erase for that was refused it may be tried again, and
+    /// the image, of which nothing can have changed, is not verified again: that takes long.
     ///
     /// # Errors
     /// The image is incomplete, or the flash failed. Within: why it is no image to install.
     pub fn finish<F: NorFlash>(
-        &self,
+        &mut self,
         flash: &mut F,
         key: &impl Key,
     ) -> Result<Result<Header, ImageFault>, Error<F::Error>> {
         if self.written < self.length {
             return Err(Error::Incomplete { written: self.written });
         }
-        let verified = self.verify(key);
+        let verified = match self.verified.take() {
+            Some(verified) => verified,
+            None => self.verify(key),
+        };
+        self.verified = Some(verified.clone());
         if verified.is_ok() {
             store_progress(flash, &self.layout, Progress::Wanted)?;
         }

@@ -100,7 +100,7 @@ impl<K: Key> Updates<K> {
         if !is_supplied(supply) {
             return Err(Refusal::NoSupply);
         }
-        let staging = self.staging.as_ref().ok_or(Refusal::NoUpload)?;
+        let staging = self.staging.as_mut().ok_or(Refusal::NoUpload)?;
         if staging.crc() != crc {
             return Err(Refusal::Checksum { expected: crc, found: staging.crc() });
         }

@@ -97,7 +97,11 @@ pub fn step(state: &mut State, inputs: &Inputs<'_>, elapsed: Milliseconds) -> (L
     state.take_requests(inputs, elapsed, &mut events);
     state.follow_viewers(inputs, elapsed, &mut events);
     let wish = state.wish(inputs, elapsed, &mut events);
-    let wanted = state.fader.advance(wish.target, wish.fade, elapsed);
+    let wanted = if state.governor.stand_still(inputs.stand_still, elapsed) {
+        state.fader.at()
+    } else {
+        state.fader.advance(wish.target, wish.fade, elapsed)
+    };
     let verdict = state.govern(inputs, wish, wanted, elapsed, &mut events);
     state.tell(inputs, verdict, &mut events);
     (verdict.command, events)

@@ -33,17 +33,22 @@
 //! 4. the firmware's ceiling, then the plan's;
 //! 5. slew: no faster than the whole range in 300 ms.
 //!
+//! Where the flash's owner asks for it, lamps that are lit stand still for a second at most, whatever moves or cuts them;
+//! what makes dark and the ceilings hold at once all the same.
+//!
 //! Last, the driver's floor of 1 % duty: cut or dithered, as the lamp's calibration says.
 //!
 //! All arithmetic is of integers that saturate; irradiance and dose round up, levels and duty round down.
 
 mod heat;
 mod rest;
+mod stillness;
 mod supply;
 mod ultraviolet;
 
 use self::heat::BoardHeat;
 use self::rest::Rest;
+use self::stillness::Stillness;
 use self::supply::Supply;
 use self::ultraviolet::UltravioletWatch;
 use crate::duty::{FloorDither, PWM_FLOOR, counts};
@@ -142,6 +147,8 @@ pub struct Governor {
     supply: Supply,
     ultraviolet: UltravioletWatch,
     rest: Rest,
+    stillness: Stillness,
+    stands_still: bool,
     dither: PerLamp<FloorDither>,
 }
 
@@ -149,6 +156,14 @@ impl Governor {
     /// A governor at start: dark.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Takes note whether the lamps are asked to stand still in this step; tells whether they do. To be called before
+    /// [`Governor::decide`].
+    pub fn stand_still(&mut self, asked: bool, elapsed: Milliseconds) -> bool {
+        let is_lit = self.last != Emphasis::default();
+        self.stands_still = self.stillness.update(asked && is_lit, elapsed);
+        self.stands_still
     }
 
     /// Decides what the lamps do until the next step.
@@ -284,11 +299,14 @@ impl Governor {
         (slewed.min(ceiling).min(plan_ceiling), cuts)
     }
 
-    /// Brings a lamp towards a level no faster than it may change. A late step gets no longer stride than one of
-    /// 100 ms.
+    /// Brings a lamp towards a level no faster than it may change, and not at all while it is to stand still. A late step gets
+    /// no longer stride than one of 100 ms.
     fn slew(&self, lamp: Lamp, level: Level, cuts: Cuts, elapsed: Milliseconds) -> Level {
         let stride = |fade: Milliseconds| (elapsed.0.min(100) * 65_535 / fade.0) as u16;
         let last = *self.last.get(lamp);
+        if self.stands_still {
+            return last;
+        }
         let slides = cuts.contains(Cut::Resting) || cuts.contains(Cut::DayDose);
         let down = stride(if slides { limits::CUT_FADE } else { limits::FASTEST_FADE });
         let up = stride(limits::FASTEST_FADE);

@@ -104,4 +104,6 @@ pub struct Inputs<'a> {
     pub staff_key: bool,
     /// The last ledger record known to be in flash.
     pub stored: Option<StoredReservation>,
+    /// The flash's owner asks the lamps to stand still for a moment: it erases only while they are steady, and has waited.
+    pub stand_still: bool,
 }

@@ -16,6 +16,7 @@
 //! | ultraviolet above 1.3 times the model, 5 % of full scale, below 0.7 times | this design |
 //! | lamp hours 4,000 and 10,000 at full level | this design, after the life times above |
 //! | supply 24 V within 10 % | this design |
+//! | fades of a minute at most; 1 s in 10 s to stand still for an erase | this design: an erase takes 45 to 400 ms |
 //! | dark for 2 s after a start, three resets in 10 min, leases of a day at most | this design |
 //!
 //! This is a reference design, not a certified safety function.
@@ -44,6 +45,12 @@ pub const START_DWELL: Milliseconds = Milliseconds(2_000);
 pub const SENSOR_START: Milliseconds = Milliseconds(6_000);
 /// The fastest change of a lamp over its whole range.
 pub const FASTEST_FADE: Milliseconds = Milliseconds(300);
+/// The slowest change of a lamp over its whole range that a plan may ask for.
+pub const SLOWEST_FADE: Milliseconds = Milliseconds(60_000);
+/// The longest that lamps stand still, whatever wants to move them, because flash is to be erased ...
+pub const STILL_FOR: Milliseconds = Milliseconds(1_000);
+/// ... and the least time in which they then move freely.
+pub const STILL_AGAIN_AFTER: Milliseconds = Milliseconds(10_000);
 /// The time of a cut to the idle floor over a lamp's whole range.
 pub const CUT_FADE: Milliseconds = Milliseconds(2_000);
 

@@ -94,6 +94,23 @@ pub(crate) fn lamps_are_steady() -> bool {
     now_ms().wrapping_sub(STEADY_SINCE.load(Ordering::Relaxed)) >= STEADY_FOR_MS
 }
 
+/// For how long the lamps are asked to stand still at a time: for them to be steady, for the watchdog to be fed, and for an
+/// erase at its longest.
+const STILL_FOR: Duration = Duration::from_millis(800);
+
+/// Until when the lamps are asked to stand still, in milliseconds since the start.
+static STILL_UNTIL: AtomicU32 = AtomicU32::new(0);
+
+/// Asks the lamps to stand still for a moment. The governor decides.
+pub(crate) fn stand_still() {
+    STILL_UNTIL.store(now_ms().wrapping_add(STILL_FOR.as_millis() as u32), Ordering::Relaxed);
+}
+
+fn is_asked_to_stand_still() -> bool {
+    let left = STILL_UNTIL.load(Ordering::Relaxed).wrapping_sub(now_ms());
+    left > 0 && left <= STILL_FOR.as_millis() as u32
+}
+
 /// Wraps around after 49 days: only differences count.
 fn now_ms() -> u32 {
     Instant::now().as_millis() as u32
@@ -157,6 +174,7 @@ fn one_step(
         requests: &requests,
         staff_key: front::staff_key_is_pressed(),
         stored: STORED.try_take(),
+        stand_still: is_asked_to_stand_still(),
     };
     let before = state.snapshot().levels;
     let (command, events) = step(state, &inputs, elapsed);

@@ -6,6 +6,7 @@
 use core::convert::Infallible;
 
 use defmt::warn;
+use embassy_futures::yield_now;
 use embassy_rp::gpio::{Level, Output};
 use embassy_rp::peripherals::PWM_SLICE1;
 use embassy_rp::pwm::{Config, Pwm};
@@ -84,11 +85,18 @@ pub(crate) fn take(resources: LampsResources) -> Result<(Lamps, Pwm<'static>), L
 #[embassy_executor::task]
 pub(crate) async fn run(mut lamps: Lamps, _pwm: Pwm<'static>) -> ! {
     loop {
-        let command = with_timeout(COMMAND_LAPSES, COMMAND.wait()).await.unwrap_or_else(|_| {
+        let command = match with_timeout(COMMAND_LAPSES, COMMAND.wait()).await {
+            Ok(command) => Some(command),
+            Err(_) => {
+                // After an erase the state's owner may be late for no fault of its own, and is woken by the same interrupt.
+                yield_now().await;
+                COMMAND.try_take()
+            }
+        };
+        if command.is_none() {
             warn!("no lamp command for 50 ms: dark");
-            LampCommand::DARK
-        });
-        obey(&mut lamps, command);
+        }
+        obey(&mut lamps, command.unwrap_or(LampCommand::DARK));
         check_in(Client::Lamps);
     }
 }

@@ -23,7 +23,7 @@ use vitrine_protocol::{USB_IDS, USB_PRODUCT};
 use crate::board::{Interrupts, ServiceResources, UsbResources};
 use crate::settings;
 use crate::store::{ANSWERS, INCOMING};
-use crate::watchdog::{Client, check_in};
+use crate::watchdog::{ALIVE, Client, alive_while, check_in};
 
 /// How many links there are.
 pub(crate) const LINKS: usize = 2;
@@ -36,9 +36,6 @@ const PACKET_BYTES: usize = 64;
 
 /// A host that does not take an answer for so long does not get it.
 const ANSWER_TIMEOUT: Duration = Duration::from_millis(500);
-
-/// How often a link says that it is alive.
-const ALIVE: Duration = Duration::from_millis(100);
 
 const SERIAL_BAUD: u32 = 115_200;
 
@@ -106,12 +103,9 @@ pub(crate) async fn run_usb(mut class: CdcAcmClass<'static, UsbDriver>) -> ! {
                 for byte in packet.iter().take(length) {
                     // No byte but a frame's last has anything to wait for, or to move about.
                     let Some(incoming) = wire.link.push(*byte, now_ms) else { continue };
-                    if let Some(answer) = wire.ask(incoming).await
-                        && !matches!(
-                            with_timeout(ANSWER_TIMEOUT, send(&mut class, &answer)).await,
-                            Ok(Ok(()))
-                        )
-                    {
+                    let Some(answer) = alive_while(Client::Usb, wire.ask(incoming)).await else { continue };
+                    let sent = with_timeout(ANSWER_TIMEOUT, send(&mut class, &answer));
+                    if !matches!(alive_while(Client::Usb, sent).await, Ok(Ok(()))) {
                         warn!("a host on USB did not take its answer");
                     }
                 }
@@ -158,9 +152,9 @@ pub(crate) async fn run_serial(resources: ServiceResources) -> ! {
                 let now_ms = Instant::now().as_millis();
                 for byte in bytes.iter().take(length) {
                     let Some(incoming) = wire.link.push(*byte, now_ms) else { continue };
-                    if let Some(answer) = wire.ask(incoming).await {
-                        let _ = with_timeout(ANSWER_TIMEOUT, port.write_all(&answer)).await;
-                    }
+                    let Some(answer) = alive_while(Client::Serial, wire.ask(incoming)).await else { continue };
+                    let sent = with_timeout(ANSWER_TIMEOUT, port.write_all(&answer));
+                    let _ = alive_while(Client::Serial, sent).await;
                 }
                 wire.tell_faults();
             }

@@ -96,6 +96,12 @@ impl Plans {
         Ok(())
     }
 
+    /// Whether [`Plans::append`] of so many bytes will erase a sector.
+    pub(crate) fn will_erase(&self, bytes: usize) -> bool {
+        let bytes = u32::try_from(bytes).unwrap_or(u32::MAX);
+        self.upload.as_ref().is_some_and(|writer| writer.will_erase(bytes))
+    }
+
     /// Writes the next bytes.
     pub(crate) fn append(&mut self, chip: &mut Chip, bytes: &[u8]) -> Result<(), Refusal> {
         let writer = self.upload.as_mut().ok_or(Refusal::NoUpload)?;

@@ -9,10 +9,7 @@ use vitrine_drivers::radar::{BAUD, Radar};
 
 use crate::board::{Interrupts, RadarResources};
 use crate::readings;
-use crate::watchdog::{Client, check_in};
-
-/// How often the owner says that it is alive.
-const ALIVE: Duration = Duration::from_millis(100);
+use crate::watchdog::{ALIVE, Client, check_in};
 
 /// A radar that has been silent for so long is gone.
 const SILENT: Duration = Duration::from_secs(1);

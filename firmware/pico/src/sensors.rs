@@ -8,7 +8,7 @@ use embassy_rp::i2c::{self, I2c};
 use embassy_rp::peripherals::I2C0;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Ticker, with_timeout};
+use embassy_time::{Duration, Ticker, TimeoutError, with_timeout};
 use vitrine_drivers::grid_eye::GridEye;
 use vitrine_drivers::{battery_clock, uv_sensor};
 use vitrine_exhibit::units::{Irradiance, UtcSeconds};
@@ -75,15 +75,22 @@ pub(crate) async fn run(resources: SensorsResources) -> ! {
     core::future::pending().await
 }
 
+/// Gives a device its time on the bus. One that hangs must not keep the owner from saying that it is alive.
+async fn transfer<F: Future>(work: F) -> Result<F::Output, TimeoutError> {
+    let outcome = with_timeout(TRANSFER_TIMEOUT, work).await;
+    check_in(Client::Sensors);
+    outcome
+}
+
 async fn set_up_missing(bus: &mut Bus, answering: &mut Answering) {
     for (sensor, answers) in
         VIEWER_SENSORS.iter().zip(answering.viewer.iter_mut()).filter(|(_, answers)| !**answers)
     {
-        *answers = matches!(with_timeout(TRANSFER_TIMEOUT, sensor.set_up(bus)).await, Ok(Ok(())));
+        *answers = matches!(transfer(sensor.set_up(bus)).await, Ok(Ok(())));
     }
     if !answering.ultraviolet {
         answering.ultraviolet =
-            matches!(with_timeout(TRANSFER_TIMEOUT, uv_sensor::set_up(bus)).await, Ok(Ok(())));
+            matches!(transfer(uv_sensor::set_up(bus)).await, Ok(Ok(())));
     }
 }
 
@@ -92,7 +99,7 @@ async fn read_viewer_sensors(bus: &mut Bus, answering: &mut Answering) {
         if !*answers {
             continue;
         }
-        match with_timeout(TRANSFER_TIMEOUT, sensor.read(bus)).await {
+        match transfer(sensor.read(bus)).await {
             Ok(Ok(frame)) => readings::thermal(index, &frame.quarter_degrees),
             Ok(Err(error)) => {
                 warn!("viewer sensor {}: {}", index, defmt::Debug2Format(&error));
@@ -110,7 +117,7 @@ async fn read_ultraviolet(bus: &mut Bus, answering: &mut Answering) {
     if !answering.ultraviolet {
         return;
     }
-    match with_timeout(TRANSFER_TIMEOUT, uv_sensor::read(bus)).await {
+    match transfer(uv_sensor::read(bus)).await {
         Ok(Ok(reading)) => {
             let irradiance = Irradiance(reading.irradiance_mw_m2);
             readings::ultraviolet(settings::with(|settings| settings.ultraviolet(irradiance)), reading.air);
@@ -125,7 +132,7 @@ async fn read_ultraviolet(bus: &mut Bus, answering: &mut Answering) {
 
 /// The battery clock leads as long as it can be trusted; what a host set goes on when it cannot.
 async fn read_clock(bus: &mut Bus, answering: &mut Answering) {
-    match with_timeout(TRANSFER_TIMEOUT, battery_clock::read(bus)).await {
+    match transfer(battery_clock::read(bus)).await {
         Ok(Ok(seconds)) => {
             if !answering.clock {
                 info!("battery clock: {} s since 1970", seconds);
@@ -140,7 +147,7 @@ async fn read_clock(bus: &mut Bus, answering: &mut Answering) {
 async fn set_clock(bus: &mut Bus, answering: &mut Answering) {
     let Some(time) = readings::time() else { return };
     answering.clock =
-        matches!(with_timeout(TRANSFER_TIMEOUT, battery_clock::set(bus, time.0)).await, Ok(Ok(())));
+        matches!(transfer(battery_clock::set(bus, time.0)).await, Ok(Ok(())));
     if !answering.clock {
         warn!("the battery clock did not take the time");
     }

@@ -1,7 +1,8 @@
-//! The flash chip under the board's own rule: it erases only while the lamps are dark or at a steady level.
+//! The flash chip under the board's own rules: it erases only while the lamps are dark or at a steady level, and only right
+//! after the watchdog was fed.
 //!
-//! Every call of the flash stops all interrupts: a page for 0.4 ms, a sector for 45 ms. No fade runs on meanwhile, and no
-//! interlock is obeyed but by the hardware.
+//! Every call of the flash stops all interrupts: a page for 0.4 ms, a sector for 45 ms, and for 400 ms at worst. No fade runs
+//! on meanwhile, no interlock is obeyed but by the hardware, and no task says that it is alive.
 
 use embassy_rp::flash::{self, Blocking, Flash};
 use embassy_rp::peripherals::FLASH;
@@ -12,21 +13,23 @@ use vitrine_protocol::Refusal;
 use vitrine_storage::Error;
 
 use crate::board::StorageResources;
-use crate::{controller, flash_map};
+use crate::{controller, flash_map, watchdog};
 
 /// The library's driver.
 pub(crate) type Driver = Flash<'static, FLASH, Blocking, { flash_map::FLASH_BYTES }>;
 
-/// After this time a host may try again what waits for steady lamps.
+/// After this time a host may try again what waits for steady lamps or the watchdog.
 pub(crate) const RETRY: Milliseconds = Milliseconds(50);
-
-/// Between two erases that nobody waits for: all tasks check in with the watchdog, and it is fed.
-const REST: Duration = Duration::from_millis(150);
 
 /// The chip.
 pub(crate) struct Chip {
     driver: Driver,
-    erased_at: Instant,
+    /// Erases that were put off.
+    put_off: u32,
+    /// Since when they have been, without one that was made.
+    put_off_since: Option<Instant>,
+    /// One was put off because the lamps are fading.
+    wants_stillness: bool,
 }
 
 /// Why the chip did not do it.
@@ -36,12 +39,15 @@ pub(crate) enum ChipError {
     Flash(flash::Error),
     /// An erase has to wait: the lamps are fading.
     LampsInMotion,
+    /// An erase has to wait: the watchdog was fed too long ago.
+    Unfed,
 }
 
 impl Chip {
     /// Takes the chip.
     pub(crate) fn take(resources: StorageResources) -> Self {
-        Self { driver: Driver::new_blocking(resources.flash), erased_at: Instant::MIN }
+        let driver = Driver::new_blocking(resources.flash);
+        Self { driver, put_off: 0, put_off_since: None, wants_stillness: false }
     }
 
     /// The chip's own number.
@@ -51,9 +57,34 @@ impl Chip {
         self.driver.blocking_unique_id(&mut id).ok().map(|()| id)
     }
 
-    /// Tells whether an erase that nobody waits for may be made now.
-    pub(crate) fn may_tidy_up(&self) -> bool {
-        controller::lamps_are_steady() && Instant::now() >= self.erased_at.saturating_add(REST)
+    /// Asks whether an erase may begin now.
+    pub(crate) fn may_erase(&mut self) -> Result<(), ChipError> {
+        let outcome = if !controller::lamps_are_steady() {
+            Err(ChipError::LampsInMotion)
+        } else if !watchdog::outlasts_an_erase() {
+            Err(ChipError::Unfed)
+        } else {
+            return Ok(());
+        };
+        self.wants_stillness |= matches!(outcome, Err(ChipError::LampsInMotion));
+        self.put_off = self.put_off.wrapping_add(1);
+        self.put_off_since.get_or_insert_with(Instant::now);
+        outcome
+    }
+
+    /// How many erases were put off until now.
+    pub(crate) const fn put_off(&self) -> u32 {
+        self.put_off
+    }
+
+    /// For how long no erase was made though one was due.
+    pub(crate) fn put_off_for(&self) -> Duration {
+        self.put_off_since.map_or(Duration::MIN, |since| since.elapsed())
+    }
+
+    /// Tells whether an erase was put off by fading lamps since the last call.
+    pub(crate) const fn take_wish_for_stillness(&mut self) -> bool {
+        core::mem::replace(&mut self.wants_stillness, false)
     }
 }
 
@@ -61,7 +92,7 @@ impl NorFlashError for ChipError {
     fn kind(&self) -> NorFlashErrorKind {
         match self {
             Self::Flash(error) => error.kind(),
-            Self::LampsInMotion => NorFlashErrorKind::Other,
+            Self::LampsInMotion | Self::Unfed => NorFlashErrorKind::Other,
         }
     }
 }
@@ -88,15 +119,11 @@ impl NorFlash for Chip {
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), ChipError> {
         // Asked and begun without an interrupt between: no fade begins before the erase does.
-        let outcome = critical_section::with(|_| {
-            if controller::lamps_are_steady() {
-                self.driver.erase(from, to).map_err(ChipError::Flash)
-            } else {
-                Err(ChipError::LampsInMotion)
-            }
-        });
-        self.erased_at = Instant::now();
-        outcome
+        critical_section::with(|_| {
+            self.may_erase()?;
+            self.put_off_since = None;
+            self.driver.erase(from, to).map_err(ChipError::Flash)
+        })
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), ChipError> {
@@ -104,20 +131,25 @@ impl NorFlash for Chip {
     }
 }
 
-/// Tells whether an error is only that the lamps are fading.
-pub(crate) fn is_in_motion<T>(outcome: &Result<T, Error<ChipError>>) -> bool {
-    matches!(outcome, Err(Error::Flash(ChipError::LampsInMotion)))
+/// Tells whether an error is only that an erase has to wait.
+pub(crate) fn has_to_wait<T>(outcome: &Result<T, Error<ChipError>>) -> bool {
+    matches!(outcome, Err(Error::Flash(ChipError::LampsInMotion | ChipError::Unfed)))
 }
 
 /// What a host is told of an error.
 pub(crate) fn refusal(error: Error<ChipError>) -> Refusal {
     match error {
-        Error::Flash(ChipError::LampsInMotion) => Refusal::LampsInMotion { retry: RETRY },
+        Error::Flash(error) => error.into(),
         _ => Refusal::StorageFailed,
     }
 }
 
-/// Puts a host off while the lamps are fading, before work is done that ends in an erase.
-pub(crate) fn wait_for_steady_lamps() -> Result<(), Refusal> {
-    if controller::lamps_are_steady() { Ok(()) } else { Err(Refusal::LampsInMotion { retry: RETRY }) }
+impl From<ChipError> for Refusal {
+    fn from(error: ChipError) -> Self {
+        match error {
+            ChipError::LampsInMotion => Self::LampsInMotion { retry: RETRY },
+            ChipError::Unfed => Self::TooManyRequests { retry: RETRY },
+            ChipError::Flash(_) => Self::StorageFailed,
+        }
+    }
 }

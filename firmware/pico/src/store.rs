@@ -1,23 +1,28 @@
 //! The owner of flash: plan, settings, dose ledger, event log and what is known of the clock; and, as nearly all that hosts ask leads there, of the server.
 //!
-//! Nothing is erased while the lamps fade ([`crate::steady_flash`]). Ledger and log are erased a sector ahead, so that their
-//! records are programmed at any time. A record for which that was not enough waits, and so does what is known of the clock.
-//! Lamps for which nothing could be reserved go dark in time, and dark is steady.
+//! Nothing is erased while the lamps fade, and nothing but right after the watchdog was fed ([`crate::steady_flash`]). Ledger
+//! and log are erased a sector ahead, so that their records are programmed at any time. A record for which that was not enough
+//! waits, and so does what is known of the clock.
+//!
+//! A fade ends within a minute. Lamps that never come to rest, under viewers who never stop or heat that wavers, are asked to
+//! stand still for a moment, and at once where a reservation waits: half a minute before the lamps would go dark for its want.
 
 use core::future::pending;
 
 use defmt::{info, warn};
-use embassy_futures::select::{Either4, select4};
+use embassy_futures::select::{Either4, select, select4};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
-use embassy_time::{Duration, Instant, Timer};
+use embassy_time::{Duration, Instant, Timer, with_timeout};
 use heapless::String;
 use static_cell::StaticCell;
 use vitrine_exhibit::clock::ClockRecord;
 use vitrine_exhibit::events::Event;
 use vitrine_exhibit::ledger::{LedgerRecord, StoredReservation};
+use vitrine_exhibit::limits;
 use vitrine_exhibit::plan::ValidPlan;
 use vitrine_exhibit::units::UtcSeconds;
+use vitrine_protocol::Request;
 use vitrine_protocol::frame::Frame;
 use vitrine_protocol::plan_file::MAX_PLAN_BYTES;
 use vitrine_protocol::server::{Incoming, Server};
@@ -28,13 +33,13 @@ use crate::controller::{self, EVENTS, Happened, PlanSlot, STORED, TO_STORE};
 use crate::links::LINKS;
 use crate::plans::{self, Plans};
 use crate::sensors::SET_CLOCK;
-use crate::steady_flash::{Chip, is_in_motion};
+use crate::steady_flash::{Chip, has_to_wait};
 use crate::updates::Updates;
-use crate::watchdog::{Client, check_in};
-use crate::{chip, readings, settings};
+use crate::watchdog::{ALIVE, Client, FED, check_in};
+use crate::{chip, readings, settings, watchdog};
 
-/// How often the owner says that it is alive.
-const ALIVE: Duration = Duration::from_millis(100);
+/// No fade lasts longer: lamps that have put off an erase for so long do not come to rest by themselves.
+const LONGEST_FADE: Duration = Duration::from_millis(limits::SLOWEST_FADE.0 as u64);
 
 /// Requests of all links, each with its link's number.
 pub(crate) static INCOMING: Channel<CriticalSectionRawMutex, (u8, Incoming), 2> = Channel::new();
@@ -117,7 +122,7 @@ impl Store {
         let stored = self.ledger.as_mut().map(|ledger| ledger.store(&mut self.chip, &record));
         match stored {
             Some(Ok(())) => STORED.signal(StoredReservation { sequence: record.sequence }),
-            Some(outcome) if is_in_motion(&outcome) => self.reservation = Some(record),
+            Some(outcome) if has_to_wait(&outcome) => self.reservation = Some(record),
             _ => warn!("the ledger cannot be written"),
         }
     }
@@ -148,7 +153,7 @@ impl Store {
         let kept = log.keep(&mut self.chip, time, uptime_s, happened.event);
         match kept {
             Ok(_) => Logged::Kept,
-            outcome if is_in_motion(&outcome) => Logged::Waits,
+            outcome if has_to_wait(&outcome) => Logged::Waits,
             Err(_) => {
                 warn!("an event did not reach the log");
                 Logged::Never
@@ -156,18 +161,46 @@ impl Store {
         }
     }
 
-    /// Erases what will be needed, and keeps what is known of the clock: a sector at a time, while the lamps are steady.
+    /// Erases what will be needed, and keeps what is known of the clock: a sector at a time.
     fn tidy_up(&mut self) {
-        if !self.chip.may_tidy_up() {
+        let wants_room = |ledger: &Ledger| ledger.wants_room();
+        let ledger_wants_room = self.ledger.as_ref().is_some_and(wants_room);
+        let log_wants_room = self.log.as_ref().is_some_and(EventLog::wants_room);
+        let is_due = self.clock_to_keep.is_some() || ledger_wants_room || log_wants_room;
+        if !is_due || self.chip.may_erase().is_err() {
             return;
         }
         if let Some(record) = self.clock_to_keep.take() {
             self.keep_clock(record);
-        } else if let Some(ledger) = self.ledger.as_mut().filter(|ledger| ledger.wants_room()) {
+        } else if let Some(ledger) = self.ledger.as_mut().filter(|_| ledger_wants_room) {
             // What fails is tried again by the record that needs it.
             let _ = ledger.make_room(&mut self.chip);
-        } else if let Some(log) = self.log.as_mut().filter(|log| log.wants_room()) {
+        } else if let Some(log) = &mut self.log {
             let _ = log.make_room(&mut self.chip);
+        }
+    }
+
+    /// Has the lamps stand still where somebody is put off who cannot wait for the end of their motion.
+    fn ask_for_stillness(&mut self) {
+        let cannot_wait = self.reservation.is_some() || self.chip.put_off_for() > LONGEST_FADE;
+        if self.chip.take_wish_for_stillness() && cannot_wait {
+            controller::stand_still();
+        }
+    }
+
+    /// Whether a request that is to be answered next erases a sector.
+    fn will_erase(&self, incoming: &Incoming) -> bool {
+        match incoming.request() {
+            Some(Request::UploadChunk { bytes, .. }) => {
+                self.plans.will_erase(bytes.len()) || self.updates.will_erase(bytes.len())
+            }
+            Some(
+                Request::BeginUpload { .. }
+                | Request::BeginUpdate { .. }
+                | Request::CommitUpload { .. }
+                | Request::Confirm { .. },
+            ) => true,
+            _ => false,
         }
     }
 
@@ -175,7 +208,7 @@ impl Store {
     /// set without a note of it would be taken for one that does not drift.
     fn keep_clock(&mut self, record: ClockRecord) {
         let outcome = clock::store(&mut self.chip, &record);
-        if is_in_motion(&outcome) {
+        if has_to_wait(&outcome) {
             self.clock_to_keep = Some(record);
             return;
         }
@@ -209,18 +242,25 @@ pub(crate) async fn run(store: &'static mut Store) -> ! {
         store.plans.take_back();
         store.updates.look_after(&mut store.chip);
         store.tidy_up();
+        store.ask_for_stillness();
         let log_waits = store.happened.is_some();
         let next_event = async { if log_waits { pending().await } else { EVENTS.receive().await } };
-        match select4(TO_STORE.wait(), INCOMING.receive(), next_event, Timer::after(ALIVE)).await {
+        let next_look = select(FED.wait(), Timer::after(ALIVE));
+        match select4(TO_STORE.wait(), INCOMING.receive(), next_event, next_look).await {
             Either4::First(record) => store.reservation = Some(record),
             Either4::Second((link, incoming)) => {
+                if store.will_erase(&incoming) && !watchdog::outlasts_an_erase() {
+                    check_in(Client::Store);
+                    FED.reset();
+                    let _ = with_timeout(ALIVE * 2, FED.wait()).await;
+                }
                 let answer = server.answer(&incoming, Instant::now().as_millis(), store);
                 if let Some(channel) = ANSWERS.get(usize::from(link)) {
                     let _ = channel.try_send(answer);
                 }
             }
             Either4::Third(happened) => store.happened = Some(happened),
-            Either4::Fourth(()) => {}
+            Either4::Fourth(_) => {}
         }
     }
 }

@@ -9,7 +9,7 @@ use vitrine_exhibit::units::{Milliseconds, PerLamp};
 use vitrine_protocol::Refusal;
 use vitrine_protocol::firmware::FirmwareState;
 
-use crate::steady_flash::{Chip, RETRY, wait_for_steady_lamps};
+use crate::steady_flash::{Chip, RETRY};
 use crate::{controller, last_words, watchdog};
 
 /// The answer to a host that asked for a restart needs this time on its wire.
@@ -39,30 +39,26 @@ impl Updates {
         self.images.state(env!("CARGO_PKG_VERSION"))
     }
 
+    /// Whether [`Updates::append`] of so many bytes will erase a sector.
+    pub(crate) fn will_erase(&self, bytes: usize) -> bool {
+        self.images.will_erase(bytes)
+    }
+
     /// Prepares the place of the new image.
     pub(crate) fn begin(&mut self, chip: &mut Chip, length: u32) -> Result<(), Refusal> {
-        wait_for_steady_lamps()?;
-        self.images.begin(chip, length)
+        or_put_off(chip, |chip| self.images.begin(chip, length))
     }
 
     /// Writes the next bytes.
     pub(crate) fn append(&mut self, chip: &mut Chip, bytes: &[u8]) -> Result<(), Refusal> {
-        if self.images.will_erase(bytes.len()) {
-            wait_for_steady_lamps()?;
-        }
-        self.images.append(chip, bytes)
+        or_put_off(chip, |chip| self.images.append(chip, bytes))
     }
 
-    /// Verifies the new image; the next start installs it.
+    /// Verifies the new image; the next start installs it. The signature takes a fifth of a second, in which a fade may have
+    /// begun and after which the watchdog wants to be fed: what is verified is not verified again.
     pub(crate) fn commit(&mut self, chip: &mut Chip, crc: u32) -> Result<(), Refusal> {
-        wait_for_steady_lamps()?;
-        // The signature takes a fifth of a second, in which a fade may have begun.
-        self.images.commit(chip, crc, controller::snapshot().supply).map_err(|refusal| match refusal {
-            Refusal::StorageFailed if !controller::lamps_are_steady() => {
-                Refusal::LampsInMotion { retry: RETRY }
-            }
-            other => other,
-        })?;
+        let supply = controller::snapshot().supply;
+        or_put_off(chip, |chip| self.images.commit(chip, crc, supply))?;
         info!("new firmware is installed at the next start");
         Ok(())
     }
@@ -94,4 +90,16 @@ impl Updates {
             }
         }
     }
+}
+
+/// Tells a host to ask again where nothing failed but an erase that was put off.
+fn or_put_off(
+    chip: &mut Chip,
+    work: impl FnOnce(&mut Chip) -> Result<(), Refusal>,
+) -> Result<(), Refusal> {
+    let before = chip.put_off();
+    work(chip).map_err(|refusal| match refusal {
+        Refusal::StorageFailed if chip.put_off() != before => Refusal::LampsInMotion { retry: RETRY },
+        other => other,
+    })
 }

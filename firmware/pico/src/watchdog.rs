@@ -3,9 +3,14 @@
 //! A task that hangs stops the feeding, and the chip resets within 500 ms: dark, as every reset is. The dose ledger
 //! counts such starts, and latches the controller dark when they come too often.
 
+use core::pin::pin;
+
 use defmt::{info, warn};
+use embassy_futures::select::{Either, select};
 use embassy_rp::watchdog::Watchdog;
-use embassy_time::{Duration, Ticker};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Instant, Timer};
 use portable_atomic::{AtomicBool, AtomicU32, Ordering};
 
 use crate::board::DogResources;
@@ -15,10 +20,20 @@ use crate::last_words;
 /// leave the lamps lit.
 const TIMEOUT: Duration = Duration::from_millis(480);
 
-/// How often the dog looks whether all checked in: with the flash busy for 400 ms at worst it still comes in time.
-const ROUND: Duration = Duration::from_millis(50);
+/// The longest that a sector's erase takes, in which nobody can check in: W25Q16JV, sector erase time at most.
+const LONGEST_ERASE: Duration = Duration::from_millis(400);
 
-/// Who must check in at least every 450 ms.
+/// After an erase all check in within this time: the slowest is a transfer on a sensor bus that somebody holds.
+const ALL_CHECK_IN: Duration = Duration::from_millis(50);
+
+/// An erase begins within this time of a feed, and so there is one at the most for each: the watchdog outlasts it.
+const TIME_TO_BEGIN_AN_ERASE: Duration =
+    Duration::from_ticks(TIMEOUT.as_ticks() - LONGEST_ERASE.as_ticks() - ALL_CHECK_IN.as_ticks());
+
+/// How often a task says that it is alive while it has nothing to do.
+pub(crate) const ALIVE: Duration = Duration::from_millis(100);
+
+/// Who must check in at least every 400 ms.
 #[derive(Clone, Copy)]
 #[repr(u32)]
 pub(crate) enum Client {
@@ -44,6 +59,15 @@ const ALL_CLIENTS: u32 = (1 << 8) - 1;
 
 static CHECKED_IN: AtomicU32 = AtomicU32::new(0);
 
+/// Everybody has checked in since the last feed.
+static EVERYBODY: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
+/// When the watchdog was last fed, in milliseconds since the start.
+static FED_AT: AtomicU32 = AtomicU32::new(0);
+
+/// The watchdog was fed: for the owner of flash, who has waited for it.
+pub(crate) static FED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
 /// Everybody has checked in at least once.
 static ALL_ALIVE: AtomicBool = AtomicBool::new(false);
 
@@ -56,7 +80,31 @@ pub(crate) fn all_have_checked_in() -> bool {
 pub(crate) fn check_in(client: Client) {
     #[cfg(feature = "bench")]
     crate::hooks::obey(client);
-    CHECKED_IN.fetch_or(client as u32, Ordering::Relaxed);
+    let others = CHECKED_IN.fetch_or(client as u32, Ordering::Relaxed);
+    if others | client as u32 == ALL_CLIENTS {
+        EVERYBODY.signal(());
+    }
+}
+
+/// Does work that may take long, and says meanwhile that the task is alive.
+pub(crate) async fn alive_while<F: Future>(client: Client, work: F) -> F::Output {
+    let mut work = pin!(work);
+    loop {
+        check_in(client);
+        if let Either::First(output) = select(work.as_mut(), Timer::after(ALIVE)).await {
+            return output;
+        }
+    }
+}
+
+/// Tells whether an erase that begins now ends, and all check in after it, before the watchdog bites.
+pub(crate) fn outlasts_an_erase() -> bool {
+    now_ms().wrapping_sub(FED_AT.load(Ordering::Relaxed)) < TIME_TO_BEGIN_AN_ERASE.as_millis() as u32
+}
+
+/// Wraps around after 49 days: only differences count.
+fn now_ms() -> u32 {
+    Instant::now().as_millis() as u32
 }
 
 /// The dog, and why it woke.
@@ -89,12 +137,11 @@ impl Dog {
     }
 }
 
-/// Feeds the watchdog whenever everybody has checked in.
+/// Feeds the watchdog whenever everybody has checked in, at once.
 #[embassy_executor::task]
 pub(crate) async fn run(mut dog: Dog) -> ! {
-    let mut ticker = Ticker::every(ROUND);
     loop {
-        ticker.next().await;
+        EVERYBODY.wait().await;
         let everybody = critical_section::with(|_| {
             let everybody = CHECKED_IN.load(Ordering::Relaxed) & ALL_CLIENTS == ALL_CLIENTS;
             if everybody {
@@ -105,6 +152,8 @@ pub(crate) async fn run(mut dog: Dog) -> ! {
         if everybody {
             ALL_ALIVE.store(true, Ordering::Relaxed);
             dog.watchdog.feed(TIMEOUT);
+            FED_AT.store(now_ms(), Ordering::Relaxed);
+            FED.signal(());
         }
     }
 }

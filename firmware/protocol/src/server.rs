@@ -127,6 +127,16 @@ pub struct Incoming {
     request: Result<Request, Refusal>,
 }
 
+impl Incoming {
+    /// What is asked, where it is a request that may be answered.
+    pub const fn request(&self) -> Option<&Request> {
+        match &self.request {
+            Ok(request) => Some(request),
+            Err(_) => None,
+        }
+    }
+}
+
 impl Link {
     /// A new wire. Numbers tell the links of one server apart.
     pub const fn new(number: u8, reach: Reach) -> Self {

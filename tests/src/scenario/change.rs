@@ -39,6 +39,8 @@ pub struct Change {
     radar_sees_room: Option<bool>,
     flash_works: Option<bool>,
     staff_key: Option<bool>,
+    /// The flash's owner asks the lamps to stand still, so that it may erase.
+    stand_still: Option<bool>,
     /// Such as "rearm", "release", "new-stack", "dark 10", "open 10", "hold 2 10": view and lease in seconds.
     request: Option<String>,
     /// "power" or "fault".
@@ -86,6 +88,7 @@ impl Change {
         }
         bench.flash_works = self.flash_works.unwrap_or(bench.flash_works);
         bench.staff_key = self.staff_key.unwrap_or(bench.staff_key);
+        bench.stand_still = self.stand_still.unwrap_or(bench.stand_still);
         if let Some(request) = &self.request {
             bench.requests.push(read_request(request)?);
         }

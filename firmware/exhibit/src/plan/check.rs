@@ -219,7 +219,7 @@ fn check_viewer(viewer: &ViewerSettings) -> Result<(), PlanError> {
         && time(viewer.page, 1_000, 3_600_000)
         // Bearings waver by a degree.
         && (100..=2_000).contains(&viewer.step.0)
-        && time(viewer.fade, limits::FASTEST_FADE.0, 60_000);
+        && time(viewer.fade, limits::FASTEST_FADE.0, limits::SLOWEST_FADE.0);
     if sound { Ok(()) } else { Err(PlanError::Viewer) }
 }
 
@@ -227,7 +227,7 @@ fn check_presence(presence: &PresenceSettings) -> Result<(), PlanError> {
     let day = 86_400_000;
     let sound = presence.hold.0 <= day
         && presence.idle.0 <= day
-        && (limits::FASTEST_FADE.0..=60_000).contains(&presence.fade.0);
+        && (limits::FASTEST_FADE..=limits::SLOWEST_FADE).contains(&presence.fade);
     if sound { Ok(()) } else { Err(PlanError::Presence) }
 }
 
