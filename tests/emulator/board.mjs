@@ -129,10 +129,12 @@ export class Board {
     this.clock = new Clock();
     const mcu = new RP2040(this.clock);
     mcu.logger = new ConsoleLogger(LogLevel.Error, false);
+    // The emulator would blank the 16 MiB that it has room for at each start: most of what a start costs.
+    mcu.flash.fill = () => mcu.flash;
     mcu.loadBootrom(bootRom());
     mcu.flash.set(this.flash.bytes);
     // One array for chip and processor: a write by the ROM's functions is seen by both.
-    this.flash.bytes = mcu.flash;
+    this.flash.bytes = mcu.flash.subarray(0, this.flash.bytes.length);
     mcu.peripherals[0x14000] = new XipControl(mcu, 'XIP_CTRL');
     answerUniqueId(mcu.peripherals[0x18000]);
     mcu.onBreak = (n) => this.onBreak(n);

@@ -81,6 +81,8 @@ fn upload(
         bench.cut_at(step, part, order);
     }
     let done = host.try_upload(bench, plan).is_some();
+    // The log takes note of the new plan.
+    bench.run(50 * MILLISECOND);
     let steps = bench.flash_steps() - before;
     bench.power_off();
     (done, steps)

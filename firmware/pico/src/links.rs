@@ -152,7 +152,9 @@ pub(crate) async fn run_serial(resources: ServiceResources) -> ! {
                 let now_ms = Instant::now().as_millis();
                 for byte in bytes.iter().take(length) {
                     let Some(incoming) = wire.link.push(*byte, now_ms) else { continue };
-                    let Some(answer) = alive_while(Client::Serial, wire.ask(incoming)).await else { continue };
+                    let Some(answer) = alive_while(Client::Serial, wire.ask(incoming)).await else {
+                        continue;
+                    };
                     let sent = with_timeout(ANSWER_TIMEOUT, port.write_all(&answer));
                     let _ = alive_while(Client::Serial, sent).await;
                 }

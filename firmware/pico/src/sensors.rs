@@ -89,8 +89,7 @@ async fn set_up_missing(bus: &mut Bus, answering: &mut Answering) {
         *answers = matches!(transfer(sensor.set_up(bus)).await, Ok(Ok(())));
     }
     if !answering.ultraviolet {
-        answering.ultraviolet =
-            matches!(transfer(uv_sensor::set_up(bus)).await, Ok(Ok(())));
+        answering.ultraviolet = matches!(transfer(uv_sensor::set_up(bus)).await, Ok(Ok(())));
     }
 }
 
@@ -146,8 +145,7 @@ async fn read_clock(bus: &mut Bus, answering: &mut Answering) {
 
 async fn set_clock(bus: &mut Bus, answering: &mut Answering) {
     let Some(time) = readings::time() else { return };
-    answering.clock =
-        matches!(transfer(battery_clock::set(bus, time.0)).await, Ok(Ok(())));
+    answering.clock = matches!(transfer(battery_clock::set(bus, time.0)).await, Ok(Ok(())));
     if !answering.clock {
         warn!("the battery clock did not take the time");
     }

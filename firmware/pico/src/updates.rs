@@ -93,10 +93,7 @@ impl Updates {
 }
 
 /// Tells a host to ask again where nothing failed but an erase that was put off.
-fn or_put_off(
-    chip: &mut Chip,
-    work: impl FnOnce(&mut Chip) -> Result<(), Refusal>,
-) -> Result<(), Refusal> {
+fn or_put_off(chip: &mut Chip, work: impl FnOnce(&mut Chip) -> Result<(), Refusal>) -> Result<(), Refusal> {
     let before = chip.put_off();
     work(chip).map_err(|refusal| match refusal {
         Refusal::StorageFailed if chip.put_off() != before => Refusal::LampsInMotion { retry: RETRY },
