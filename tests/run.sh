@@ -24,8 +24,8 @@ command -v mdbook > /dev/null ||
     cargo install mdbook@0.5.4 --locked --debug --no-default-features --root target/tools
 PATH="$PWD/target/tools/bin:$PATH" mdbook build host-tool/book --dest-dir "$PWD/target/book"
 
-say "printed sheets, read by other programs"
-tests/install.sh libtiff-tools imagemagick poppler-utils qpdf liblcms2-utils
+say "printed sheets and man pages, read by other programs"
+tests/install.sh libtiff-tools imagemagick poppler-utils qpdf liblcms2-utils mandoc
 cargo build -p vitrine
 cargo clippy -p vitrine-tests --features print-tools --test print -- -D warnings
 cargo test -p vitrine-tests --features print-tools --test print

@@ -258,17 +258,45 @@ describe("the page", () => {
     assert.equal(await still.locator("article img").count(), 9);
   });
 
-  test("prints on few sheets, with everything opened and no controls", async () => {
+  test("prints on few sheets: a still of the stack, everything opened, no controls, and is as before afterwards", async () => {
     const page = await opened("light");
+    await page.getByRole("button", { name: "cat", exact: true }).click();
+    await page.locator("[name=vertical]").fill("20");
+    await drawn(page);
     await page.emulateMedia({ media: "print", colorScheme: "dark" });
     assert.ok(!(await page.locator(".controls").isVisible()) && (await page.locator("article img").first().isVisible()));
+    assert.ok(await page.locator(".turntable canvas").isVisible());
     const paper = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
     assert.equal(paper, "rgb(255, 255, 255)");
+    const folded = () => page.locator("details:not([open])").count();
+    const before = await folded();
+    assert.ok(before >= 3);
+    await page.evaluate(() => addEventListener("beforeprint", () => (globalThis.foldedInPrint = document.querySelectorAll("details:not([open])").length)));
     const pdf = await page.pdf({ format: "A4" });
-    assert.ok(await page.locator("pre").isVisible());
-    const sheets = pdf.toString("latin1").match(/\/Type \/Page\b/g).length;
-    assert.ok(sheets >= 3 && sheets <= 12, `${sheets} sheets`);
+    assert.equal(await page.evaluate(() => globalThis.foldedInPrint), 0);
+    assert.equal(await folded(), before);
+    assert.match(
+      await page.locator("[data-told=stack]").textContent(),
+      /^The stack from 30° to the left, 20° above, far away; top lamp \d+ %, bottom lamp \d+ %\.$/,
+    );
+    const text = pdf.toString("latin1");
+    const { width, height } = await page.evaluate(() => {
+      const { width, height } = document.querySelector(".turntable canvas");
+      return { width, height };
+    });
+    assert.ok(width >= 256, `${width}`);
+    assert.match(text, new RegExp(`/Width ${width}\\s+/Height ${height}\\b`), "the stack is not in the print");
+    const sheets = text.match(/\/Type \/Page\b/g).length;
+    assert.ok(sheets >= 3 && sheets <= 7, `${sheets} sheets`);
     if (process.env.VITRINE_SCREENSHOTS) writeFileSync(`${process.env.VITRINE_SCREENSHOTS}/report.pdf`, pdf);
+  });
+
+  test("is ready to be printed when it is loaded", async () => {
+    const context = await browser.newContext({ viewport: SIZES.phone });
+    const page = await context.newPage();
+    await page.addInitScript(() => addEventListener("load", () => (globalThis.readyWhenLoaded = ready)));
+    await page.goto(workshop.report("light"), { waitUntil: "load" });
+    assert.equal(await page.evaluate(() => globalThis.readyWhenLoaded), true);
   });
 
   test("is not broken into by a name", async () => {

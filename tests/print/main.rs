@@ -2,6 +2,8 @@
 //!
 //! They need the `vitrine` command beside this test, where `cargo build -p vitrine` puts it.
 
+mod manual;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

@@ -109,3 +109,20 @@ fn folded(line: &str) -> String {
     }
     folded + rest + "\n"
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn breaks_spaces_and_long_lines_are_mended() {
+        let roff = ".SH A  \nShort \n.br\n\n.br\nnext\n.sp\n.br\nlast\n\n";
+        assert_eq!(mended(roff), ".SH A\nShort\n.sp\nnext\n.sp\nlast\n");
+        let long = format!("  {}", "some words ".repeat(20));
+        let folded = mended(&long);
+        assert!(folded.lines().all(|line| line.len() <= LONGEST_LINE), "{folded}");
+        assert_eq!(folded.replace("\\\n", "").trim_end(), long.trim_end());
+        let word = "x".repeat(100);
+        assert_eq!(mended(&word), format!("{word}\n"), "a word is not torn");
+    }
+}

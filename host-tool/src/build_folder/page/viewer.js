@@ -252,11 +252,14 @@ for (const end of ["pointerup", "pointercancel"]) {
   canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
 }
 
-async function imageOf(source) {
-  const image = new Image();
-  image.src = source;
-  await image.decode();
-  return image;
+// What comes of it comes before the page counts as loaded, so that a program that prints it then finds the stack in it.
+function imageOf(source) {
+  return new Promise((resolve, reject) => {
+    const image = new Image();
+    image.onload = () => resolve(image);
+    image.onerror = reject;
+    image.src = source;
+  });
 }
 
 // The bytes of a picture, without its alpha.
@@ -295,9 +298,29 @@ async function load() {
 }
 
 window.addEventListener("resize", () => change({}));
+// What is folded is printed, and folded again; the stack is printed as it was turned, in full, with where it is seen from.
+const unfolded = [];
 window.addEventListener("beforeprint", () => {
-  for (const details of document.querySelectorAll("details")) details.open = true;
+  unfolded.push(...document.querySelectorAll("details:not([open])"));
+  for (const details of unfolded) details.open = true;
+  if (!ready) return;
+  detail = 1;
+  drawSights(1);
+  drawScene();
+  say("stack", placeInWords());
 });
+window.addEventListener("afterprint", () => {
+  for (const details of unfolded.splice(0)) details.open = false;
+});
+
+function placeInWords() {
+  const side = (degrees, one, other) => (degrees ? `${Math.abs(degrees)}° ${degrees > 0 ? one : other}` : "");
+  const places = [side(state.horizontal, "to the right", "to the left"), side(state.vertical, "above", "below")];
+  const direction = places.filter(Boolean).join(", ") || "straight ahead";
+  const percent = (level) => `${Math.round(100 * level)} %`;
+  const distance = state.ideal || state.far ? "far away" : `${state.distance} mm away`;
+  return `The stack from ${direction}, ${distance}; top lamp ${percent(state.top)}, bottom lamp ${percent(state.bottom)}.`;
+}
 state.distance = Number(control("distance").value);
 showView(0);
 load();

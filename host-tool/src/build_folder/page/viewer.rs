@@ -76,6 +76,7 @@ fn turntable() -> Markup {
                 "Drag it, or use the arrow keys, to walk around it. Two fingers, the wheel, + and - change your distance; "
                 "Home is the first view."
             }
+            p class="told" data-told="stack" {}
         }
     }
 }
