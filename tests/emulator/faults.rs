@@ -11,7 +11,7 @@ use crate::room::Room;
 use crate::signals::Edge;
 
 /// The tasks of the image, by their bit at the watchdog.
-const TASKS: [(&str, u32); 8] = [
+const TASKS: [(&str, u32); 10] = [
     ("controller", 0),
     ("lamps", 1),
     ("sensors", 2),
@@ -20,6 +20,8 @@ const TASKS: [(&str, u32); 8] = [
     ("usb", 5),
     ("serial", 6),
     ("radar", 7),
+    ("front", 8),
+    ("USB device", 9),
 ];
 
 const PANIC: u32 = 1;

@@ -25,6 +25,9 @@
 //! 3. time: an invalid clock where the plan needs one, the dwell after a start;
 //! 4. wishes of the rest of the controller: staff, hosts, schedule, nobody there.
 //!
+//! A supply or a lamp board's sensor that fails while the lamps are lit is dark for five seconds at least, and a loose wire or a
+//! supply that gives way under their load does not have them flash.
+//!
 //! Then what cuts each lamp (`cut`), each rule lowering what the one before has left:
 //!
 //! 1. the temperature of its board: linear from 60 to 75 °C;
@@ -40,12 +43,14 @@
 //!
 //! All arithmetic is of integers that saturate; irradiance and dose round up, levels and duty round down.
 
+mod calm;
 mod heat;
 mod rest;
 mod stillness;
 mod supply;
 mod ultraviolet;
 
+use self::calm::Calm;
 use self::heat::BoardHeat;
 use self::rest::Rest;
 use self::stillness::Stillness;
@@ -147,6 +152,7 @@ pub struct Governor {
     supply: Supply,
     ultraviolet: UltravioletWatch,
     rest: Rest,
+    calm: Calm,
     stillness: Stillness,
     stands_still: bool,
     dither: PerLamp<FloorDither>,
@@ -179,6 +185,8 @@ impl Governor {
         self.ultraviolet.update(conditions.plan, self.last, conditions.ultraviolet, elapsed, events);
         self.rest.update(conditions.plan, self.last, elapsed);
         let reason = self.dark_reason(conditions);
+        let was_lit = self.last != Emphasis::default();
+        let reason = reason.or(self.calm.update(was_lit, reason, elapsed));
         match (conditions.plan, reason) {
             (Some(plan), None) => self.light(wanted, plan, conditions, elapsed),
             (_, reason) => self.go_dark(reason.unwrap_or(DarkReason::NoPlan)),

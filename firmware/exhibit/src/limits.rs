@@ -17,6 +17,7 @@
 //! | lamp hours 4,000 and 10,000 at full level | this design, after the life times above |
 //! | supply 24 V within 10 % | this design |
 //! | fades of a minute at most; 1 s in 10 s to stand still for an erase | this design: an erase takes 45 to 400 ms |
+//! | dark for 5 s after a fault of supply or temperature sensor | this design |
 //! | dark for 2 s after a start, three resets in 10 min, leases of a day at most | this design |
 //!
 //! This is a reference design, not a certified safety function.
@@ -111,6 +112,9 @@ pub const SUPPLY_LEAST: Millivolts = Millivolts(21_600);
 pub const SUPPLY_MOST: Millivolts = Millivolts(26_400);
 /// The supply counts as sound once it has been within its bounds for this long.
 pub const SUPPLY_SETTLED: Milliseconds = Milliseconds(200);
+
+/// The least time for which lamps are dark that a fault of the supply or of a board's sensor has put out.
+pub const CALM: Milliseconds = Milliseconds(5_000);
 
 /// The reset count at which the controller latches dark.
 pub const QUICK_RESETS: u8 = 3;

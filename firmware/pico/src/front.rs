@@ -7,6 +7,7 @@ use vitrine_exhibit::controller::LED_BEAT;
 
 use crate::board::FrontResources;
 use crate::controller;
+use crate::watchdog::{Client, check_in};
 
 /// One beat of the LED's patterns, and the key's debounce: it must read the same twice.
 const BEAT: Duration = Duration::from_millis(LED_BEAT.0 as u64);
@@ -32,6 +33,7 @@ pub(crate) async fn run(resources: FrontResources) -> ! {
         }
         was_low = is_low;
         led.set_level(Level::from(controller::snapshot().led_is_lit(beat)));
+        check_in(Client::Front);
         ticker.next().await;
     }
     core::future::pending().await

@@ -80,7 +80,7 @@ pub(crate) fn usb(
 /// Runs the USB device for ever.
 #[embassy_executor::task]
 pub(crate) async fn run_usb_device(mut device: UsbDevice<'static, UsbDriver>) -> ! {
-    device.run().await
+    alive_while(Client::UsbDevice, device.run()).await
 }
 
 /// Serves the host on USB for ever.

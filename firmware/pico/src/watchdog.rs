@@ -53,9 +53,13 @@ pub(crate) enum Client {
     Serial = 1 << 6,
     /// The owner of the radar's port.
     Radar = 1 << 7,
+    /// The owner of status LED and staff key.
+    Front = 1 << 8,
+    /// The device side of USB.
+    UsbDevice = 1 << 9,
 }
 
-const ALL_CLIENTS: u32 = (1 << 8) - 1;
+const ALL_CLIENTS: u32 = (1 << 10) - 1;
 
 static CHECKED_IN: AtomicU32 = AtomicU32::new(0);
 
