@@ -27,6 +27,7 @@ const TASKS: [(&str, u32); 10] = [
 const PANIC: u32 = 1;
 const HARD_FAULT: u32 = 2;
 const ENDLESS_LOOP: u32 = 3;
+const SILENCE: u32 = 4;
 
 /// Rises on the bench image when a task begins to end badly.
 const END_PIN: u8 = 17;
@@ -126,6 +127,21 @@ fn an_endless_loop_in_any_task_is_dark_within_half_a_second() {
         longest = longest.max(end.dark_after);
     }
     println!("endless loop to dark: at most {} ms", longest / MILLISECOND);
+}
+
+/// The other tasks run on, the watchdog's among them: it is not fed for want of one. A task that had just checked in is missed
+/// only after the others have, within a tenth of a second.
+#[test]
+fn a_task_that_waits_for_ever_is_missed_by_the_watchdog() {
+    let mut longest = 0;
+    for (name, task) in TASKS {
+        let end = end_badly(SILENCE, task);
+        assert!(end.dark_after <= 600 * MILLISECOND, "{name}: {} ns", end.dark_after);
+        assert_eq!(end.resets, 1, "{name}");
+        assert_eq!(end.kept, Some((ProgramEnd::Hang, 0)), "{name}");
+        longest = longest.max(end.dark_after);
+    }
+    println!("a task that waits for ever to dark: at most {} ms", longest / MILLISECOND);
 }
 
 /// Three times the lamps were lit before a viewer when a task hung; then they stay dark until somebody re-arms.
