@@ -25,6 +25,23 @@ pub fn path(path: impl AsRef<Path>) -> String {
     name(&path.as_ref().to_string_lossy()).into_owned()
 }
 
+/// The name of a file or folder as a shell takes it back from a line that is copied.
+pub fn word(path: impl AsRef<Path>) -> String {
+    let told = self::path(path);
+    let is_safe = |letter: char| letter.is_alphanumeric() || "/._-+,:@%=".contains(letter);
+    if !told.is_empty() && told.chars().all(is_safe) {
+        told
+    } else {
+        format!("'{}'", told.replace('\'', "'\\''"))
+    }
+}
+
+/// As much of a name as has at most so many bytes, whole letters of it.
+pub fn shortened(name: &str, bytes: usize) -> &str {
+    let ends = name.char_indices().map(|(at, letter)| at + letter.len_utf8());
+    &name[..ends.take_while(|end| *end <= bytes).last().unwrap_or(0)]
+}
+
 /// A text of several lines that can be told: as [`name`], but for its line ends and tabs. JSON stays the same JSON.
 pub fn lines(text: &str) -> Cow<'_, str> {
     written_out(text, |letter| misleads(letter) && !matches!(letter, '\n' | '\t'))
@@ -70,6 +87,10 @@ mod tests {
         assert_eq!(name("a\u{1b}[2Jb\nc\u{9b}d"), "a\\u001b[2Jb\\u000ac\\u009bd");
         assert_eq!(lines("a\u{1b}\n\tb\u{202e}"), "a\\u001b\n\tb\\u202e");
         assert!(matches!(name("Zoë – 日本 🦋"), Cow::Borrowed("Zoë – 日本 🦋")));
+        assert_eq!(word("photos/a-1.png"), "photos/a-1.png");
+        assert_eq!(word("große Brücke"), "'große Brücke'");
+        assert_eq!(word("it's $HOME"), r"'it'\''s $HOME'");
+        assert_eq!((shortened("a🦋b", 4), shortened("a🦋b", 5), shortened("a🦋b", 9)), ("a", "a🦋", "a🦋b"));
         let mut short: heapless::String<4> = "a\u{9b}b".try_into().unwrap();
         make_plain(&mut short);
         assert_eq!(short, "a?b");

@@ -14,8 +14,8 @@ const VITRINE = path.join(process.env.CARGO_TARGET_DIR ?? path.join(ROOT, "targe
 const AXE = createRequire(import.meta.url).resolve("axe-core/axe.min.js");
 
 export const SIZES = {
-  phone: { width: 390, height: 844 },
-  tablet: { width: 820, height: 1180 },
+  phone: { width: 320, height: 640 },
+  tablet: { width: 768, height: 1024 },
   desktop: { width: 1440, height: 900 },
 };
 

@@ -107,6 +107,42 @@ describe("the picture equals `vitrine view` to the last bit", () => {
     }
   });
 
+  // An object, pages turned by the lamps, one view, and as many as are still told apart: each under the lamps of its plan.
+  const HEAD = '[stack]\nfilms = 8\npixels = [64, 48]\nwidth_mm = 20.0\n[design]\nmethod = "product"\n';
+  const view = (id, horizontal, more = "") =>
+    `[[view]]\nid = "${id}"\npattern = ${JSON.stringify(workshop.photo("cat.jpg"))}\nhorizontal_deg = ${horizontal}\n${more}\n`;
+  const exhibits = {
+    object: '[object]\nmodel = "points.txt"\n',
+    paging: view("one", 10, 'lamp = "top"') + view("other", 10, 'lamp = "bottom"'),
+    single: view("only", 0),
+    twelve: Array.from({ length: 12 }, (_, at) =>
+      view(`view-${at}`, 24 * (at % 4) - 36, `vertical_deg = ${15 * Math.floor(at / 4) - 15}`),
+    ).join(""),
+  };
+  for (const [build, tables] of Object.entries(exhibits)) {
+    test(`as each view is seen: ${build}`, async () => {
+      workshop.write("points.txt", "0 0 0 255 0 0\n8 3 1 0 255 0\n-8 -3 2 0 0 255\n4 -4 -2 255 255 255\n");
+      workshop.write(`${build}.toml`, HEAD + tables);
+      workshop.vitrine("design", `${build}.toml`, "-o", build);
+      const page = await opened(build);
+      const ids = await page.evaluate(() => stack.views.map((view) => view.id));
+      assert.equal(await page.getByRole("button", { name: ids[0], exact: true }).count(), 1);
+      for (const id of ids.slice(0, 3)) {
+        const look = await page.evaluate((id) => {
+          showView(stack.views.findIndex((view) => view.id === id));
+          return currentLook();
+        }, id);
+        const { arguments_ } = asked(look);
+        const wanted = workshop.view(build, ...arguments_, "--encode");
+        assert.equal(differing(await bytesOfLook(page, look, true), wanted), "", id);
+      }
+      assert.deepEqual(page.errors, []);
+      assert.deepEqual(await faults(page), []);
+      await picture(page, `report-${build}`);
+      await page.context().close();
+    });
+  }
+
   test("on the canvas, under a view's own lamps, when its button is pressed", async () => {
     const page = await opened("light");
     await page.getByRole("button", { name: "cat", exact: true }).click();

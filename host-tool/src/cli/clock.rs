@@ -52,6 +52,7 @@ fn text(clock: &ClockState, ahead_s: Option<i64>, set: bool) -> String {
         return "the controller does not know the time: set it with `vitrine clock --set`".to_owned();
     };
     let correction = match clock.record.last_error_s {
+        Some(0) if set => "; it was right".to_owned(),
         Some(correction) if set => format!("; it was {}", apart(i64::from(correction))),
         _ => {
             ahead_s.filter(|ahead| *ahead != 0).map(|ahead| format!("; {}", apart(ahead))).unwrap_or_default()
@@ -117,6 +118,7 @@ mod tests {
         };
         let slow = text(&at(-90), Some(0), true);
         assert!(slow.contains("; it was 90 s behind this computer"), "{slow}");
+        assert!(text(&at(0), Some(0), true).contains("; it was right"), "no 0 s ahead");
         let fast = text(&at(7), Some(7), false);
         assert!(fast.contains("; 7 s ahead of this computer"), "{fast}");
         assert!(!text(&at(7), Some(0), false).contains(" s "), "nothing to say");

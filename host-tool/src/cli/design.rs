@@ -146,10 +146,11 @@ impl Design {
 /// Says where a build is, and what can be done with it.
 pub(super) fn told_written(place: &Path, output: Output) {
     output.note(&format!(
-        "Written to {0}; look at {1}\nNext: vitrine upload {0}, and vitrine watch. Without a controller, start a simulated one first: \
+        "Written to {0}; look at {1}\nNext: vitrine upload {2}, and vitrine watch. Without a controller, start a simulated one first: \
          vitrine controller --visitor",
         plain::path(place),
-        plain::path(place.join("report.html"))
+        plain::path(place.join("report.html")),
+        plain::word(place)
     ));
 }
 

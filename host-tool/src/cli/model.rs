@@ -90,6 +90,9 @@ impl Model {
             Update::Status(status) => self.status = Some(status),
             Update::Plan(plan) => self.plan = plan,
             Update::Logged(entries) => {
+                if self.is_another_log(&entries) {
+                    self.log.clear();
+                }
                 let known = self.log.back().map_or(0, |last| last.sequence);
                 self.log.extend(entries.into_iter().filter(|entry| entry.sequence > known));
                 self.log.drain(..self.log.len().saturating_sub(ENTRIES));
@@ -105,6 +108,16 @@ impl Model {
                 self.connection = Connection::Away { since, why: error.to_string(), remedy };
             }
         }
+    }
+
+    /// Whether a log has begun anew since it was last heard, as that of a board does whose flash was erased.
+    fn is_another_log(&self, entries: &[LogEntry]) -> bool {
+        let ends_before =
+            |last: &LogEntry| self.log.back().is_some_and(|known| last.sequence < known.sequence);
+        let contradicts = |entry: &LogEntry| {
+            self.log.iter().any(|known| known.sequence == entry.sequence && known != entry)
+        };
+        entries.last().is_some_and(ends_before) || entries.iter().any(contradicts)
     }
 
     /// Takes a key; gives what it asks of the controller.

@@ -60,8 +60,8 @@ impl New {
         );
         output.note(&format!(
             "Next: vitrine check {0}, then vitrine design {0} -o {1}",
-            plain::path(&exhibit),
-            plain::path(self.folder.join("build"))
+            plain::word(&exhibit),
+            plain::word(self.folder.join("build"))
         ));
         Ok(())
     }

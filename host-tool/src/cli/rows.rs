@@ -13,15 +13,12 @@ use super::words;
 pub(super) fn rows(model: &Model, status: &Status) -> Vec<(&'static str, String, bool)> {
     let snapshot = &status.snapshot;
     let place = snapshot.bearing.map(|bearing| format!(", {}", words::bearing(bearing))).unwrap_or_default();
-    let lease = match snapshot.lease.0 {
-        0 => String::new(),
-        ms => format!(" (asked for, {} s left)", ms.div_ceil(1_000)),
-    };
     let view = snapshot.view.map_or_else(|| "none".to_owned(), |view| model.view_name(view));
     let mut lines = vec![
         ("viewer", format!("{}{place}", words::presence(snapshot.presence)), false),
-        ("view", format!("{view}{lease}"), false),
+        ("view", view, false),
     ];
+    lines.extend(words::lease(snapshot.lease).map(|asked| ("asked for", asked, false)));
     if let Some(reason) = snapshot.dark {
         lines.push(("dark", reason.to_string(), true));
     }

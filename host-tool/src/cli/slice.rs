@@ -145,7 +145,7 @@ impl Slice {
             None => {
                 let mut exhibit = config::object_exhibit(ObjectSettings::default());
                 let name = plain::path(self.model.file_stem().unwrap_or_default());
-                exhibit.name = name.chars().take(LONGEST_NAME).collect();
+                exhibit.name = plain::shortened(&name, config::LONGEST_NAME).to_owned();
                 exhibit
             }
         };
@@ -188,9 +188,6 @@ impl Slice {
         }
     }
 }
-
-/// Characters of an exhibit's name that the plan surely holds: four bytes each.
-const LONGEST_NAME: usize = 12;
 
 fn number(text: &str, [least, most]: [f64; 2]) -> Result<f64, String> {
     let number: f64 = text.trim().parse().map_err(|_| "give a number".to_owned())?;

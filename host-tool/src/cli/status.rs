@@ -83,6 +83,9 @@ fn as_text(client: &Client, status: &Told, in_sync: Option<bool>) -> String {
     let place = snapshot.bearing.map(|bearing| format!(", {}", words::bearing(bearing))).unwrap_or_default();
     line("viewer", format!("{}{place}", words::presence(snapshot.presence)));
     line("view", if view.is_empty() { "none".to_owned() } else { view.to_owned() });
+    if let Some(asked) = words::lease(snapshot.lease) {
+        line("asked for", asked);
+    }
     line(
         "lamps",
         both(snapshot.levels.zip(snapshot.irradiance), |(level, irradiance)| {

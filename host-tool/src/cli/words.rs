@@ -3,7 +3,7 @@
 use vitrine_exhibit::Presence;
 use vitrine_exhibit::events::{Cut, Event, ProgramEnd};
 use vitrine_exhibit::interlock::InterlockState;
-use vitrine_exhibit::units::Lamp;
+use vitrine_exhibit::units::{Lamp, Milliseconds};
 use vitrine_exhibit::viewer::Bearing;
 use vitrine_protocol::message::LogEntry;
 
@@ -37,6 +37,12 @@ pub(super) fn cut(cut: Cut) -> &'static str {
         Cut::Slew => "fading",
         Cut::BelowFloor => "below the driver's floor",
     }
+}
+
+/// What a host has asked for that runs out by itself, where there is such a thing.
+pub(super) fn lease(left: Milliseconds) -> Option<String> {
+    let seconds = left.0.div_ceil(1_000);
+    (seconds > 0).then(|| format!("hold, dark or open, for another {seconds} s; `vitrine release` ends it"))
 }
 
 pub(super) fn lamp(lamp: Lamp) -> &'static str {

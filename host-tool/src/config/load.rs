@@ -29,7 +29,7 @@ pub fn load(path: &Path) -> Result<Exhibit, ConfigError> {
 pub fn parse(path: &Path, text: &str) -> Result<Exhibit, ConfigError> {
     let (root, syntax_errors) = DeTable::parse_recoverable(text);
     let mut problems = Problems::default();
-    syntax_errors.iter().for_each(|error| problems.push(syntax_problem(error)));
+    syntax_errors.iter().for_each(|error| problems.push(syntax_problem(error, text)));
     if problems.is_empty() {
         let folder = path.parent().unwrap_or(Path::new(""));
         let exhibit = read_root(root.get_ref(), folder, &mut problems);
@@ -59,14 +59,31 @@ pub fn object_exhibit(object: ObjectSettings) -> Exhibit {
     exhibit
 }
 
-fn syntax_problem(error: &toml::de::Error) -> Problem {
-    Problem::new(
-        "vitrine::config::syntax",
-        error.span().unwrap_or(0..0),
-        error.message().trim(),
-        "here",
-        "the file is written in TOML: texts in quotes, one `key = value` a line, tables as [name]",
-    )
+fn syntax_problem(error: &toml::de::Error, text: &str) -> Problem {
+    let span = error.span().unwrap_or(0..0);
+    let before = text.get(..span.start).unwrap_or_default();
+    let line = text[before.rfind('\n').map_or(0, |end| end + 1)..].lines().next().unwrap_or_default();
+    Problem::new("vitrine::config::syntax", span, error.message().trim(), "here", syntax_help(line))
+}
+
+/// What is mostly meant by a line that is no TOML.
+fn syntax_help(line: &str) -> &'static str {
+    let begins = |text: &str, is: fn(char) -> bool| text.trim_start().starts_with(is);
+    let ends = |text: &str, is: fn(char) -> bool| text.trim_end().ends_with(is);
+    let digit = |letter: char| letter.is_ascii_digit();
+    let decimal_comma =
+        || line.split_once(',').is_some_and(|(whole, part)| ends(whole, digit) && begins(part, digit));
+    if line.contains(['\u{201c}', '\u{201d}', '\u{201e}', '\u{2018}', '\u{2019}']) {
+        "texts stand in straight quotes, as \"this one\""
+    } else if line.contains('\\') {
+        "a backslash has a meaning in double quotes: write paths with /, or in single quotes"
+    } else if line.trim_start().starts_with("[view]") || line.trim_start().starts_with("[schedule]") {
+        "there may be several: begin each with two brackets, as [[view]] or [[schedule]]"
+    } else if !line.contains('[') && decimal_comma() {
+        "decimals are written with a point, as 13.3"
+    } else {
+        "the file is written in TOML: texts in quotes, one `key = value` a line, tables as [name]"
+    }
 }
 
 /// The wanted white where the file has none.

@@ -34,6 +34,7 @@ pub use problem::{ConfigError, Problem};
 pub use reader::closest;
 pub use request::distance;
 pub use schema::schema;
+pub use tables::LONGEST_NAME;
 pub use tables::MOST_VOXELS;
 pub use zone::{ZoneError, time_zone};
 

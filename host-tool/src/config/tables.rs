@@ -14,7 +14,7 @@ use super::exhibit::{
     OpticsSetting, PrintSettings, StackSettings, ToneSetting, ViewSettings, ViewerSettings,
 };
 use super::problem::{Problem, Problems};
-use super::reader::{Bounds, TableReader, as_number, as_whole};
+use super::reader::{Bounds, TableReader, as_number, as_whole, closest};
 use super::{ink, materials};
 use crate::picture::Picture;
 use crate::print::Paper;
@@ -25,7 +25,7 @@ pub const MOST_VOXELS: u64 = MOST_VOXELS_IN_MEMORY as u64;
 /// The most values a volume may have, per colour: 400 GB of films as 16-bit RGB.
 const MOST_ON_DISK: u64 = 64_000_000_000;
 /// The longest name the plan holds, in bytes.
-const LONGEST_NAME: usize = 48;
+pub const LONGEST_NAME: usize = 48;
 /// The longest view id the plan holds, in bytes.
 const LONGEST_ID: usize = 24;
 
@@ -47,7 +47,10 @@ pub(super) fn exhibit(mut reader: TableReader<'_>, problems: &mut Problems) -> S
     if let Some(text) = reader.text("name") {
         if text.value.trim().is_empty() || text.value.len() > LONGEST_NAME {
             let message = format!("`name` in [exhibit] has {} bytes", text.value.len());
-            reader.report_value(text.span, message, format!("give a name of 1 to {LONGEST_NAME} bytes"));
+            let help = format!(
+                "give a name of 1 to {LONGEST_NAME} bytes: plain letters take one, those with accents two, others up to four"
+            );
+            reader.report_value(text.span, message, help);
         } else {
             name = text.value.to_owned();
         }
@@ -391,16 +394,35 @@ fn view_picture(reader: &mut TableReader<'_>, key: &'static str, folder: &Path) 
     let path = PathBuf::from(text.value);
     let found = folder.join(&path);
     if let Err(error) = Picture::check(&found) {
+        let help = match most_like(&found) {
+            Some(other) if !found.exists() => format!("did you mean \"{other}\"?"),
+            _ => "give the path of a whole PNG, JPEG, TIFF or WebP picture, relative to exhibit.toml"
+                .to_owned(),
+        };
         reader.report(Problem::new(
             "vitrine::config::bad_picture",
             text.span,
             error.to_string(),
             "this picture",
-            "give the path of a whole PNG, JPEG, TIFF or WebP picture, relative to exhibit.toml",
+            help,
         ));
         return None;
     }
     Some(path)
+}
+
+/// The name of the file most like `path` in its folder, where one is like it.
+fn most_like(path: &Path) -> Option<String> {
+    let wanted = path.file_name()?.to_str()?;
+    let entries = std::fs::read_dir(
+        path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")),
+    )
+    .ok()?;
+    let names: Vec<String> = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();
+    let in_lower_case: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();
+    let candidates: Vec<&str> = in_lower_case.iter().map(String::as_str).collect();
+    let like = closest(wanted, &candidates)?;
+    names.into_iter().find(|name| name.to_lowercase() == like)
 }
 
 /// Notes a missing key, once: a key of the wrong type has been reported already.

@@ -42,7 +42,7 @@ pub enum FlashError {
     #[error("the flash file {} cannot be used", path.display())]
     #[diagnostic(
         code(vitrine::controller::flash_file),
-        help("is its folder there, and may you write to it?")
+        help("look at the folder, the disk's free space and the permissions")
     )]
     File {
         /// The file.
@@ -82,7 +82,11 @@ impl FlashFile {
         let mut bytes = contents(&mut file, path)?;
         if bytes.is_empty() {
             bytes = vec![0xff; BYTES];
-            file.write_all(&bytes).map_err(failed)?;
+            if let Err(source) = file.write_all(&bytes).and_then(|()| file.sync_all()) {
+                // An empty file is new flash; what is in it now is neither.
+                let _ = file.set_len(0);
+                return Err(failed(source));
+            }
         }
         Ok(Self { bytes, file: Some(file) })
     }

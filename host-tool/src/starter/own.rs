@@ -7,6 +7,7 @@ use std::path::Path;
 use vitrine_exhibit::plan::MAX_VIEWS;
 
 use super::{EXHIBIT_TOML, StarterError};
+use crate::config::LONGEST_NAME;
 use crate::picture::{Picture, PictureError};
 use crate::plain::{self, is_plain};
 
@@ -107,9 +108,9 @@ pub(super) fn exhibit_toml(name: &str, pictures: &[OwnPicture]) -> String {
     let [width, height] = shape(pictures);
     let width_mm = WIDTH_MM * f64::from(width) / PIXELS;
     let name = if name.is_empty() { "My exhibit" } else { name };
-    let name: String = name.chars().take(24).collect();
+    let name = plain::shortened(name, LONGEST_NAME);
     let mut text = format!("{}{views}{}", &EXHIBIT_TOML[..begin], &EXHIBIT_TOML[end..])
-        .replace("name = \"Three photographs\"", &format!("name = {}", quoted(&name)));
+        .replace("name = \"Three photographs\"", &format!("name = {}", quoted(name)));
     text = with_value(&text, "pixels", &format!("[{width}, {height}]"));
     text = with_value(&text, "width_mm", &format!("{width_mm:.1}"));
     let nearest_deg = angles(pictures.len()).map(f64::abs).filter(|&angle| angle > 0.0).fold(90.0, f64::min);
@@ -226,6 +227,9 @@ mod tests {
         let text = exhibit_toml("My \"own\"", &pictures);
         let exhibit = config::parse(&folder.path().join("exhibit.toml"), &text).unwrap();
         assert_eq!(exhibit.name, "My \"own\"");
+        let text = exhibit_toml(&"🦋".repeat(24), &pictures);
+        let exhibit = config::parse(&folder.path().join("exhibit.toml"), &text).unwrap();
+        assert_eq!(exhibit.name, "🦋".repeat(12));
         assert_eq!(exhibit.views.len(), 4);
         assert_eq!(exhibit.stack.pixels, [512, 512]);
         assert_eq!(exhibit.views[0].horizontal_deg, 40.0);

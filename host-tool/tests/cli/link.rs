@@ -68,6 +68,8 @@ fn hold_dark_release_and_clock_reach_the_exhibit() {
     workshop.succeed(&["hold", "cat", "--for", "2m", "--to", to]);
     let held = until(&|status| status["view"] == "cat" && status["dark"].is_null());
     assert!(held["lease_s"].as_f64().unwrap() > 60.0);
+    let told = workshop.succeed(&["status", "--to", to]);
+    assert!(told.contains("asked for   hold, dark or open, for another 1"), "{told}");
     workshop.succeed(&["dark", "--for", "2m", "--to", to]);
     let dark = until(&|status| status["dark"] == "a host asked for dark");
     assert_eq!(dark["lamps"]["top"]["level"], 0.0);

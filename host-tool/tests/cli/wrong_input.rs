@@ -28,6 +28,28 @@ fn a_missing_picture_is_named_with_its_line() {
 }
 
 #[test]
+fn a_misspelt_picture_is_suggested_whatever_the_case() {
+    for wrong in ["Coffe.jpg", "COFFEE.JPG"] {
+        let stderr = refused(&Workshop::new(), &SMALL.replace("coffee.jpg", wrong));
+        assert_tells(&stderr, &["vitrine::config::bad_picture", wrong, "did you mean \"coffee.jpg\"?"]);
+    }
+}
+
+#[test]
+fn what_is_mostly_meant_by_wrong_toml_is_said() {
+    for (right, wrong, line, help) in [
+        ("= 30.0", "= 30,0", 14, "as 13.3"),
+        ("\"coffee\"", "\u{201c}coffee\u{201d}", 16, "straight quotes"),
+        ("\"coffee.jpg\"", "\"C:\\Users\\coffee.jpg\"", 17, "write paths with /"),
+        ("[[view]]\nid = \"coffee\"", "[view]\nid = \"coffee\"", 15, "begin each with two brackets"),
+        ("\"Small\"", "Small", 2, "texts in quotes"),
+    ] {
+        let stderr = refused(&Workshop::new(), &SMALL.replace(right, wrong));
+        assert_tells(&stderr, &["vitrine::config::syntax", &format!("exhibit.toml:{line}:"), help]);
+    }
+}
+
+#[test]
 fn an_unknown_key_is_named_with_its_line_and_a_suggestion() {
     let stderr = refused(&Workshop::new(), &SMALL.replace("width_mm", "widht_mm"));
     assert_tells(
@@ -57,6 +79,31 @@ fn an_exhibit_that_is_not_there_is_named() {
     let finished = workshop.run(&["check", "none.toml"]);
     assert_eq!(finished.code, Some(1));
     assert_tells(&finished.stderr, &["vitrine::config::unreadable", "none.toml", "vitrine new"]);
+}
+
+#[test]
+fn the_next_command_is_told_as_a_shell_takes_it() {
+    let workshop = Workshop::new();
+    let told = workshop.run(&["new", "mein Exponat 🦋"]).stderr;
+    assert_tells(
+        &told,
+        &["vitrine check 'mein Exponat 🦋/exhibit.toml', then", "-o 'mein Exponat 🦋/build'"],
+    );
+}
+
+#[test]
+fn a_page_that_cannot_be_served_says_why() {
+    let workshop = Workshop::new();
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = taken.local_addr().unwrap().to_string();
+    // TEST-NET-1 (RFC 5737) is no computer's.
+    for (place, why) in
+        [(place.as_str(), "another program has the port"), ("192.0.2.1:8080", "no such address")]
+    {
+        let told = workshop.run(&["serve", "--listen", place]);
+        assert_eq!(told.code, Some(1));
+        assert_tells(&told.stderr, &["vitrine::serve::listen", place, why]);
+    }
 }
 
 #[test]
@@ -144,6 +191,11 @@ fn a_full_disk_leaves_nothing_new_and_the_old_build_whole() {
     assert_eq!(finished.code, Some(1));
     assert_tells(&finished.stderr, &["vitrine::view::write", "view.png", "free space"]);
     assert!(!workshop.path("view.png").exists());
+    // Half a flash would be refused for ever; an empty file is new flash.
+    let finished = with_file_limit(&workshop, 1000, "controller --listen tcp:0 --flash board.flash");
+    assert_eq!(finished.code, Some(1));
+    assert_tells(&finished.stderr, &["vitrine::controller::flash_file", "board.flash", "free space"]);
+    assert_eq!(fs::metadata(workshop.path("board.flash")).unwrap().len(), 0);
     let unfinished = workshop.names().into_iter().find(|name| name.starts_with('.'));
     assert_eq!(unfinished, None);
 }

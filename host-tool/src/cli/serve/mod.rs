@@ -66,13 +66,23 @@ pub(super) struct Serve {
 #[derive(Debug, Error, Diagnostic)]
 enum ServeFailure {
     #[error("cannot listen at {place}")]
-    #[diagnostic(
-        code(vitrine::serve::listen),
-        help(
-            "another program may have the port, or this computer has no such address: give another with --listen"
-        )
-    )]
+    #[diagnostic(code(vitrine::serve::listen), help("{}", listen_help(source)))]
     Listen { place: SocketAddr, source: io::Error },
+}
+
+fn listen_help(source: &io::Error) -> &'static str {
+    match source.kind() {
+        io::ErrorKind::AddrInUse => {
+            "another program has the port, perhaps another `vitrine serve` or a simulated controller: give another with --listen"
+        }
+        io::ErrorKind::AddrNotAvailable => {
+            "this computer has no such address: give one of its own, or 0.0.0.0 for all of them"
+        }
+        io::ErrorKind::PermissionDenied => {
+            "ports below 1024 need an administrator: give a higher one with --listen"
+        }
+        _ => "give another port or address with --listen",
+    }
 }
 
 impl Serve {

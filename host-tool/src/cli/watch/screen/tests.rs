@@ -113,8 +113,24 @@ fn events_come_once_and_the_newest_first_and_another_controller_has_its_own() {
     assert!(screen(&model, 100, 30).contains("2026-11-22T20:37:42Z  re-armed"));
     model.take(Update::Found(address(), hello("E660")));
     assert_eq!(model.log.len(), 3);
+    // Its log has begun anew.
+    model.take(Update::Logged(vec![entry(1)]));
+    assert_eq!(model.log.iter().map(|entry| entry.sequence).collect::<Vec<_>>(), [1]);
+    let another = LogEntry { uptime_s: 77, ..entry(1) };
+    model.take(Update::Logged(vec![another, entry(2)]));
+    assert_eq!(model.log, [another, entry(2)]);
     model.take(Update::Found(address(), hello("OTHER")));
     assert_eq!(model.log.len(), 0);
+}
+
+#[test]
+fn what_a_host_has_asked_for_is_told_with_when_it_ends() {
+    let mut model = connected();
+    assert!(!screen(&model, 100, 30).contains("asked for"));
+    let mut asked = status();
+    asked.snapshot.lease = Milliseconds(89_001);
+    model.take(Update::Status(asked));
+    assert!(screen(&model, 100, 30).contains("asked for  hold, dark or open, for another 90 s"));
 }
 
 #[test]
