@@ -1,6 +1,6 @@
 //! The documents of the hardware agree with each other, and with what the chip can do.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
@@ -109,6 +109,11 @@ fn whatever_lights_a_lamp_is_low_in_reset_and_has_its_pull_down() {
 
 #[test]
 fn the_parts_list_counts_its_references() {
+    references();
+}
+
+/// All references of the parts list.
+fn references() -> BTreeSet<String> {
     let parts = document("parts.csv");
     let mut seen = BTreeSet::new();
     for line in parts.lines().skip(1) {
@@ -119,6 +124,99 @@ fn the_parts_list_counts_its_references() {
         for reference in references {
             assert!(seen.insert(reference.clone()), "{reference} is listed twice");
         }
+    }
+    seen
+}
+
+/// Every net with the parts' pins on it.
+fn nets() -> BTreeMap<String, Vec<String>> {
+    let line = |line: &str| {
+        let (net, pins) = line.split_once(',').unwrap_or_else(|| panic!("no connections: {line}"));
+        (net.to_owned(), pins.split(' ').map(str::to_owned).collect())
+    };
+    document("nets.csv").lines().skip(1).map(line).collect()
+}
+
+/// The net that a part's pin is on.
+fn net_of<'a>(nets: &'a BTreeMap<String, Vec<String>>, pin: &str) -> &'a str {
+    let on = nets.iter().find(|(_, pins)| pins.iter().any(|other| other == pin));
+    on.unwrap_or_else(|| panic!("{pin} is not connected")).0
+}
+
+/// The two nets that a part of two ends connects.
+fn ends<'a>(nets: &'a BTreeMap<String, Vec<String>>, part: &str) -> [&'a str; 2] {
+    [net_of(nets, &format!("{part}.1")), net_of(nets, &format!("{part}.2"))]
+}
+
+#[test]
+fn every_part_is_connected_and_no_net_ends_in_the_air() {
+    let nets = nets();
+    let mut seen = BTreeSet::new();
+    for (net, pins) in &nets {
+        assert!(pins.len() >= 2, "{net} ends in the air");
+        for pin in pins {
+            assert!(seen.insert(pin), "{pin} is on two nets");
+        }
+    }
+    let connected: BTreeSet<String> =
+        seen.iter().filter_map(|pin| pin.split_once('.')).map(|(part, _)| part.to_owned()).collect();
+    assert_eq!(connected, references());
+}
+
+#[test]
+fn the_nets_are_those_of_the_pins() {
+    let nets = nets();
+    let of_the_controller = nets.values().flatten().filter(|pin| pin.starts_with("U1.GP")).count();
+    let wired = board().pin.into_iter().filter(|pin| pin.net != "STATUS_LED");
+    let wired: Vec<Pin> = wired.collect();
+    assert_eq!(of_the_controller, wired.len());
+    for pin in wired {
+        assert_eq!(net_of(&nets, &format!("U1.GP{}", pin.gp)), pin.net);
+    }
+}
+
+#[test]
+fn what_keeps_the_lamps_dark_is_connected() {
+    let nets = nets();
+    for (part, net, other) in [
+        ("R3", "LAMP_TOP_DIM", "GND"),
+        ("R4", "LAMP_BOTTOM_DIM", "GND"),
+        ("R5", "LAMP_ENABLE", "GND"),
+        ("R6", "3V3", "INTERLOCK_A"),
+        ("R7", "3V3", "INTERLOCK_B"),
+        ("R12", "LED_SUPPLY_DOORS", "LED_SWITCH_GATE"),
+    ] {
+        assert_eq!(ends(&nets, part), [net, other], "{part}");
+    }
+    // From each loop to ground, and from the fuse to the switch, there is no way but through a contact of either door.
+    for (from, to, contact) in [
+        ("INTERLOCK_A", "GND", 'A'),
+        ("INTERLOCK_B", "GND", 'B'),
+        ("LED_SUPPLY_FUSED", "LED_SUPPLY_DOORS", 'C'),
+    ] {
+        let across = |door: &str| {
+            [1, 2]
+                .map(|end| net_of(&nets, &format!("{door}.{contact}{end}")))
+                .into_iter()
+                .collect::<BTreeSet<_>>()
+        };
+        let (first, second) = (across("S1"), across("S2"));
+        let between: Vec<_> = first.intersection(&second).collect();
+        assert_eq!(between.len(), 1, "{contact}: the doors are not in series");
+        let ends: BTreeSet<_> = first.symmetric_difference(&second).copied().collect();
+        assert_eq!(ends, BTreeSet::from([from, to]));
+        assert_eq!(
+            nets[**between.first().expect("one")].len(),
+            2,
+            "{contact}: something joins between the doors"
+        );
+    }
+    // The drivers' supply comes through Q1 alone, on the high side of a ground that all share.
+    assert_eq!((net_of(&nets, "Q1.S"), net_of(&nets, "Q1.D")), ("LED_SUPPLY_DOORS", "LED_SUPPLY"));
+    assert_eq!((net_of(&nets, "Q2.G"), net_of(&nets, "Q2.S")), ("LAMP_ENABLE", "GND"));
+    for driver in ["U2", "U3"] {
+        assert_eq!(net_of(&nets, &format!("{driver}.VIN")), "LED_SUPPLY");
+        assert_eq!(net_of(&nets, &format!("{driver}.GND")), "GND");
     }
 }
 
