@@ -17,7 +17,8 @@ const LEAST_THRESHOLD: i32 = (8 << FRACTION) * 8 / 10;
 const SLOW: i32 = 65_536 / 1_200;
 /// The background's noise is learnt within this many frames, as a power of two: 26 s.
 const NOISE_SLOW: u32 = 8;
-/// A pixel that stays foreground for this many frames is background after all: 15 minutes.
+/// A pixel that stays foreground for this many frames is background after all: 15 minutes without life in its
+/// column.
 const FORCED_FRAMES: u16 = 9_000;
 /// A pixel that is this many frames colder than its background never had a background there.
 const COLD_FRAMES: u8 = 10;
@@ -116,8 +117,22 @@ impl Eye {
                 pixel.seed(sum, first);
             }
         }
+        if warmth.moved != 0 {
+            self.keep_foreground(warmth.moved);
+        }
         self.frames = self.frames.saturating_add(1);
         seeded.then_some(warmth)
+    }
+
+    /// Begins the time anew after which foreground is background, in columns where something lives.
+    fn keep_foreground(&mut self, lives: u8) {
+        for row in self.pixels.chunks_exact_mut(COLUMNS) {
+            for (pixel, column) in row.iter_mut().zip(0..) {
+                if lives >> column & 1 == 1 {
+                    pixel.warm_frames = 0;
+                }
+            }
+        }
     }
 }
 
@@ -179,5 +194,41 @@ impl Pixel {
         let noise = i32::from(self.noise);
         let learnt = noise + ((distance.min(i32::from(u16::MAX)) - noise) >> shift);
         self.noise = learnt.clamp(0, i32::from(u16::MAX)) as u16;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Frames for which a patch two degrees above the room is foreground; `lives` has a pixel of its column waver.
+    fn foreground_frames(lives: bool, most: u32) -> u32 {
+        let mut eye = Eye::new();
+        let mut frame = ThermalFrame::left([88; PIXELS]);
+        for number in 0..u32::from(SEED_FRAMES) {
+            frame.pixels[63] = 88 + (number % 2) as i16;
+            eye.take(&frame);
+        }
+        frame.pixels[18] = 96;
+        frame.pixels[26] = 96;
+        let above = |number: u32, frame: &mut ThermalFrame, eye: &mut Eye| {
+            frame.pixels[63] = 88 + (number % 2) as i16;
+            // A second warmer, a second colder.
+            frame.pixels[26] = if lives && (number / 10).is_multiple_of(2) { 102 } else { 96 };
+            eye.take(frame).is_some_and(|warmth| warmth.above[18] > 0)
+        };
+        (0..most).take_while(|number| above(*number, &mut frame, &mut eye)).count() as u32
+    }
+
+    #[test]
+    fn what_is_dead_still_is_background_after_fifteen_minutes_and_not_sooner() {
+        // That it comes is taken for life for some seconds.
+        let least = u32::from(FORCED_FRAMES);
+        assert!((least..least + 100).contains(&foreground_frames(false, 20_000)));
+    }
+
+    #[test]
+    fn who_lives_never_becomes_background() {
+        assert_eq!(foreground_frames(true, 20_000), 20_000);
     }
 }
