@@ -4,7 +4,12 @@
 //! at a whole byte and refers to nothing before it; a stream repeats pieces as often as their row is there. Pieces are
 //! also compressed side by side.
 
+mod dots;
+mod huffman;
+
 use flate2::{Compress, Compression, FlushCompress};
+
+pub(crate) use dots::{DotDeflater, FullDots};
 
 /// A row, compressed so that it can stand anywhere in a stream.
 #[derive(Clone, Debug)]
@@ -42,6 +47,18 @@ impl Deflater {
 }
 
 impl Piece {
+    /// Nothing.
+    pub(crate) fn empty() -> Self {
+        Self { bytes: Vec::new(), adler: 1, len: 0 }
+    }
+
+    /// Goes on with another.
+    pub(crate) fn push(&mut self, other: &Self) {
+        self.bytes.extend_from_slice(&other.bytes);
+        self.adler = combined(self.adler, other.adler, other.len);
+        self.len += other.len;
+    }
+
     /// Bytes that the piece takes.
     pub(crate) fn compressed_len(&self) -> usize {
         self.bytes.len()

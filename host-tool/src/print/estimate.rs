@@ -6,12 +6,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::job::{PrintJob, Sheet};
-use super::rows::{Content, OpenFilm, SheetRows};
+use super::pdf;
+use super::rows::{OpenFilm, SheetRows};
 use super::separation::Separation;
-use super::strips::RowForm;
+use super::strips::RowCoder;
+use super::tiff::TiffRows;
 use super::write::{Formats, PrintError};
-use super::{pdf, tiff};
-use crate::deflate::Deflater;
+use crate::deflate::{Deflater, Piece};
 use crate::volume::CHANNELS;
 
 /// What printing will take: extrapolated from some of the films.
@@ -137,12 +138,13 @@ impl Look {
     ) -> Result<Self, PrintError> {
         let mut look = Self::default();
         let mut film_rows = open(film)?;
-        let mut deflater = Deflater::new();
         let sheet = job.alone(film);
         let rows = SheetRows::new(job, &sheet, separation);
         let mut layout = rows.layout(film);
         let width = job.across.dots();
-        let (tiff, (_, pdf)) = (tiff::row_form(width), pdf::row_form(width, separation.top_level()));
+        let tiff = TiffRows::new(&rows, width);
+        let (_, pdf_form) = pdf::row_form(width, separation.top_level());
+        let [mut tiff_coder, mut pdf_coder] = [tiff.form, pdf_form].map(RowCoder::new);
         for row in 0..job.request.stack.height_px {
             let begun = Instant::now();
             let mut samples = film_rows.next_row()?;
@@ -161,8 +163,8 @@ impl Look {
                 (1..SETTLING_ROWS).for_each(|_| drop(layout.row(&pixels)));
                 let content = layout.row(&pixels);
                 look.halftone_seconds += begun.elapsed().as_secs_f64() / SETTLING_ROWS as f64;
-                look.tiff.compress(&rows, &content, tiff, &mut deflater);
-                look.pdf.compress(&rows, &content, pdf, &mut deflater);
+                look.tiff.see(|| tiff.film_piece(&mut tiff_coder, &content));
+                look.pdf.see(|| pdf::film_piece(&mut pdf_coder, &rows, &content));
                 look.sampled_dots += width;
             }
         }
@@ -196,13 +198,10 @@ impl Look {
 }
 
 impl Compressed {
-    /// Compresses a row of a film as it will be in a file.
-    fn compress(&mut self, rows: &SheetRows<'_>, content: &Content, form: RowForm, deflater: &mut Deflater) {
+    /// Looks at how a row of a film is compressed.
+    fn see(&mut self, compress: impl FnOnce() -> Piece) {
         let begun = Instant::now();
-        let (mut dots, mut bytes) = (vec![0u16; form.samples], vec![0u8; form.bytes]);
-        rows.paint_film(content, &mut dots);
-        (form.put)(&dots, &mut bytes);
-        self.bytes += deflater.piece(&bytes).compressed_len() as f64;
+        self.bytes += compress().compressed_len() as f64;
         self.seconds += begun.elapsed().as_secs_f64();
     }
 }

@@ -16,9 +16,9 @@ use super::dots::INCH_MM;
 use super::drawing::Drawing;
 use super::job::{PrintJob, Sheet};
 use super::rows::{Batch, Content as FilmRow, SheetRows};
-use super::strips::{RowForm, Strip, Strips};
+use super::strips::{RowCoder, RowForm, Strip, Strips};
 use super::write::PrintError;
-use crate::deflate::{Deflater, Stream};
+use crate::deflate::{Deflater, Piece, Stream};
 use crate::volume::CHANNELS;
 
 /// PDF's unit, the point, in an inch.
@@ -186,13 +186,13 @@ impl<'a, W: Write> PdfSheet<'a, W> {
 
     /// Goes on with rows of the sheet.
     pub(super) fn rows(&mut self, rows: &SheetRows<'_>, batch: &Batch) -> Result<(), PrintError> {
-        let paint = |row: &(FilmRow, usize), dots: &mut [u16]| rows.paint_film(&row.0, dots);
+        let compress = |coder: &mut RowCoder, row: &(FilmRow, usize)| film_piece(coder, rows, &row.0);
         let whole = self.films.par_iter_mut().enumerate().map(|(index, film)| {
             let mut whole = Vec::new();
             film.strips.push(
                 &batch.film(index),
                 |row| row.1,
-                paint,
+                compress,
                 |strip| {
                     whole.push(strip);
                     Ok(())
@@ -289,7 +289,7 @@ fn ink_space<W: Write>(file: &mut PdfFile<W>, names: &[String; 3]) -> io::Result
 pub(super) fn row_form(width: usize, top_level: Option<u8>) -> (u8, RowForm) {
     let samples = width * CHANNELS;
     match top_level {
-        Some(1) => (1, RowForm { samples, bytes: samples.div_ceil(8), put: single_bits }),
+        Some(1) => (1, RowForm { samples: 0, bytes: samples.div_ceil(8), put: |_, _| () }),
         _ => (16, RowForm { samples, bytes: 1 + 2 * samples, put: differences }),
     }
 }
@@ -315,11 +315,38 @@ fn picture<W: Write>(
     Ok(id)
 }
 
-/// A bit for each sample, the first one highest: 1 for ink.
-fn single_bits(dots: &[u16], bytes: &mut [u8]) {
-    for (byte, samples) in bytes.iter_mut().zip(dots.chunks(8)) {
-        let bits = samples.iter().enumerate().map(|(at, sample)| u8::from(*sample > 0) << (7 - at));
-        *byte = bits.fold(0, |byte, bit| byte | bit);
+/// Compresses what a film shows in a row.
+pub(super) fn film_piece(coder: &mut RowCoder, rows: &SheetRows<'_>, content: &FilmRow) -> Piece {
+    match content {
+        FilmRow::Full(dots) => {
+            single_bits(dots.fours(), &mut coder.bytes);
+            coder.deflater.piece(&coder.bytes)
+        }
+        _ => coder.painted(|dots| rows.paint_film(content, dots)),
+    }
+}
+
+/// A bit for each sample, the first one highest: 1 for ink. `fours` are the kinds of four dots each, the first lowest.
+fn single_bits(fours: &[u8], bytes: &mut [u8]) {
+    // The twelve bits of four dots.
+    const BITS: [u16; 256] = {
+        const OF_KIND: [u16; 4] = [0b000, 0b100, 0b010, 0b001];
+        let mut bits = [0; 256];
+        let mut four = 0;
+        while four < bits.len() {
+            let mut dot = 0;
+            while dot < 4 {
+                bits[four] = bits[four] << 3 | OF_KIND[four >> (2 * dot) & 3];
+                dot += 1;
+            }
+            four += 1;
+        }
+        bits
+    };
+    for (bytes, eight) in bytes.chunks_mut(3).zip(fours.chunks(2)) {
+        let four = |at: usize| eight.get(at).map_or(0, |four| u32::from(BITS[usize::from(*four)]));
+        let [_, three @ ..] = (four(0) << 12 | four(1)).to_be_bytes();
+        bytes.iter_mut().zip(three).for_each(|(byte, bits)| *byte = bits);
     }
 }
 

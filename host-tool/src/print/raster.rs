@@ -6,7 +6,7 @@ use super::dots::{INCH_MM, Resolution};
 use super::drawing::{Drawing, Ink};
 
 /// Dots `start..end` of one row with the same ink.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Span {
     pub(super) start: usize,
     pub(super) end: usize,

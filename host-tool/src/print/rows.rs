@@ -1,5 +1,6 @@
 //! The rows of dots of a sheet, from the films' pixels as they are read.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -8,10 +9,14 @@ use super::job::{PlacedFilm, PrintJob, Sheet};
 use super::raster::{Raster, Span};
 use super::separation::{Dot, Halftone, Run, Separation};
 use crate::build_folder::{FilmRows, OpenError};
+use crate::deflate::FullDots;
 use crate::volume::CHANNELS;
 
 /// Opens the pixels of a film (0 on top) at its first row.
 pub type OpenFilm<'a> = &'a (dyn Fn(usize) -> Result<FilmRows, OpenError> + Sync);
+
+/// The samples of dots that are full or empty, by their kinds.
+const FULL: [[u16; CHANNELS]; 4] = [[0, 0, 0], [u16::MAX, 0, 0], [0, u16::MAX, 0], [0, 0, u16::MAX]];
 
 /// Bytes of dots that are worked on at once.
 const BATCH_BYTES: usize = 1 << 25;
@@ -39,8 +44,10 @@ pub(super) struct DotRows {
 pub(super) enum Content {
     /// Pixels, each to be spread over its dots, left to right.
     Pixels(Arc<[Run]>),
-    /// Dots of a halftone.
+    /// Dots of a halftone of several levels.
     Dots(Arc<[Dot]>),
+    /// Dots of a halftone that are full or empty.
+    Full(Arc<FullDots>),
 }
 
 /// The rows of dots of one sheet.
@@ -84,10 +91,19 @@ impl<'a> SheetRows<'a> {
         Ok(())
     }
 
+    /// Whether films have dots that are full or empty.
+    pub(super) fn is_full_or_empty(&self) -> bool {
+        self.separation.top_level() == Some(1)
+    }
+
     /// What lays out film `film`, 0 on top.
     pub(super) fn layout(&self, film: usize) -> FilmLayout {
         let width = self.job.across.dots();
-        FilmLayout { halftone: self.separation.halftone(film, width), width }
+        FilmLayout {
+            halftone: self.separation.halftone(film, width),
+            is_full_or_empty: self.is_full_or_empty(),
+            dots: vec![Dot::NONE; width],
+        }
     }
 
     /// The batch's rows of the whole sheet.
@@ -105,6 +121,24 @@ impl<'a> SheetRows<'a> {
         distinct
     }
 
+    /// The row's parts from left to right, where its films have dots that are full or empty and nothing is drawn on them.
+    pub(super) fn parts<'row>(&self, row: &'row DotRows) -> Option<Vec<Part<'row>>> {
+        let (mut parts, mut start) = (Vec::new(), 0);
+        let mut films: Vec<_> = row.films.iter().collect();
+        films.sort_by_key(|film| film.0);
+        for (left, content) in films {
+            let Content::Full(dots) = content else { return None };
+            let end = left + self.job.across.dots();
+            if row.spans.iter().any(|span| span.start < end && *left < span.end) {
+                return None;
+            }
+            parts.extend([Part::around(row, start..*left), Part::Film(dots)]);
+            start = end;
+        }
+        parts.push(Part::around(row, start..self.sheet.width));
+        Some(parts)
+    }
+
     /// Paints rows into `dots`, the interleaved ink of the sheet's width.
     pub(super) fn paint(&self, rows: &DotRows, dots: &mut [u16]) {
         dots.fill(0);
@@ -112,9 +146,7 @@ impl<'a> SheetRows<'a> {
             let place = &mut dots[left * CHANNELS..(left + self.job.across.dots()) * CHANNELS];
             self.paint_film(content, place);
         }
-        for span in &rows.spans {
-            dots.as_chunks_mut::<CHANNELS>().0[span.start..span.end].fill(span.ink);
-        }
+        draw(&rows.spans, dots);
     }
 
     /// Paints what a film shows into `dots`, the interleaved ink of the film's width.
@@ -123,6 +155,9 @@ impl<'a> SheetRows<'a> {
         match content {
             Content::Dots(shown) => {
                 dots.iter_mut().zip(shown.iter()).for_each(|(dot, shown)| *dot = shown.sample(&self.samples));
+            }
+            Content::Full(shown) => {
+                dots.iter_mut().zip(shown.kinds()).for_each(|(dot, kind)| *dot = FULL[kind]);
             }
             Content::Pixels(runs) => {
                 let mut start = 0;
@@ -133,6 +168,12 @@ impl<'a> SheetRows<'a> {
             }
         }
     }
+}
+
+/// Lays `spans` over `dots`.
+pub(super) fn draw(spans: &[Span], dots: &mut [u16]) {
+    let (dots, _) = dots.as_chunks_mut::<CHANNELS>();
+    spans.iter().for_each(|span| dots[span.start..span.end].fill(span.ink));
 }
 
 impl Batch {
@@ -156,6 +197,23 @@ impl Content {
             (Self::Pixels(one), Self::Pixels(other)) => Arc::ptr_eq(one, other),
             _ => false,
         }
+    }
+}
+
+/// A part of a row of dots.
+pub(super) enum Part<'row> {
+    /// A film's dots.
+    Film(&'row FullDots),
+    /// So many dots beside films, and what is drawn on them, from the first on.
+    Around { width: usize, spans: Vec<Span> },
+}
+
+impl Part<'_> {
+    fn around(row: &DotRows, dots: Range<usize>) -> Self {
+        let here = row.spans.iter().filter(|span| span.start < dots.end && dots.start < span.end);
+        let within = |dot: usize| dot.clamp(dots.start, dots.end) - dots.start;
+        let spans = here.map(|span| Span { start: within(span.start), end: within(span.end), ink: span.ink });
+        Self::Around { width: dots.len(), spans: spans.collect() }
     }
 }
 
@@ -210,19 +268,18 @@ impl<'a> Feeder<'a> {
 /// Lays out one film's rows of dots, from the top.
 pub(super) struct FilmLayout {
     halftone: Option<Box<dyn Halftone>>,
-    width: usize,
+    is_full_or_empty: bool,
+    dots: Vec<Dot>,
 }
 
 impl FilmLayout {
     /// The next row of dots, which shows `pixels`.
     pub(super) fn row(&mut self, pixels: &Arc<[Run]>) -> Content {
-        match &mut self.halftone {
-            None => Content::Pixels(pixels.clone()),
-            Some(halftone) => {
-                let mut dots = vec![Dot::NONE; self.width];
-                halftone.row(pixels, &mut dots);
-                Content::Dots(dots.into())
-            }
+        let Some(halftone) = &mut self.halftone else { return Content::Pixels(pixels.clone()) };
+        halftone.row(pixels, &mut self.dots);
+        match self.is_full_or_empty {
+            true => Content::Full(Arc::new(FullDots::new(&self.dots, Dot::kind))),
+            false => Content::Dots(self.dots.as_slice().into()),
         }
     }
 }

@@ -50,6 +50,12 @@ impl Dot {
         (usize::from(self.0 & 3), (self.0 >> 2) as u8)
     }
 
+    /// What a dot that is full or empty is: 0 without ink, 1 to 3 with that of channels 0 to 2.
+    pub(super) fn kind(self) -> u8 {
+        // A full dot has the level 1.
+        (self.0 >> 2) as u8 + (self.0 & 3) as u8
+    }
+
     /// Samples by dots of levels up to `top`: [`Dot::sample`] reads them.
     pub(super) fn samples(top: u8) -> Vec<[u16; CHANNELS]> {
         let full = u32::from(u16::MAX);

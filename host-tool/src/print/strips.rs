@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::write::PrintError;
-use crate::deflate::{Deflater, Piece, Stream};
+use crate::deflate::{Deflater, DotDeflater, Piece, Stream};
 
 /// How a kind of file has its rows.
 #[derive(Clone, Copy)]
@@ -14,6 +14,35 @@ pub(super) struct RowForm {
     pub(super) bytes: usize,
     /// Puts a row of dots into its bytes before compression.
     pub(super) put: fn(&[u16], &mut [u8]),
+}
+
+/// Compresses rows of a form, one after the other.
+pub(super) struct RowCoder {
+    put: fn(&[u16], &mut [u8]),
+    samples: Vec<u16>,
+    /// A row before compression.
+    pub(super) bytes: Vec<u8>,
+    pub(super) deflater: Deflater,
+    pub(super) dot_deflater: DotDeflater,
+}
+
+impl RowCoder {
+    pub(super) fn new(form: RowForm) -> Self {
+        Self {
+            put: form.put,
+            samples: vec![0; form.samples],
+            bytes: vec![0; form.bytes],
+            deflater: Deflater::new(),
+            dot_deflater: DotDeflater::new(),
+        }
+    }
+
+    /// Compresses the row of dots that `paint` paints.
+    pub(super) fn painted(&mut self, paint: impl FnOnce(&mut [u16])) -> Piece {
+        paint(&mut self.samples);
+        (self.put)(&self.samples, &mut self.bytes);
+        self.deflater.piece(&self.bytes)
+    }
 }
 
 /// Some rows as a zlib stream of their own.
@@ -36,8 +65,8 @@ impl Strips {
         Self { form, most_rows, stream: Stream::new(), held: 0 }
     }
 
-    /// Goes on with `rows`, each of which `paint` paints and is there `repeat` times. A row that is there several times is
-    /// compressed once. What is whole goes to `take`.
+    /// Goes on with `rows`, each of which `compress` makes a piece of and is there `repeat` times: that is compressed once.
+    /// What is whole goes to `take`.
     ///
     /// # Errors
     /// Fails when `take` does.
@@ -45,19 +74,11 @@ impl Strips {
         &mut self,
         rows: &[R],
         repeat: impl Fn(&R) -> usize,
-        paint: impl Fn(&R, &mut [u16]) + Sync,
+        compress: impl Fn(&mut RowCoder, &R) -> Piece + Sync + Send,
         mut take: impl FnMut(Strip) -> Result<(), PrintError>,
     ) -> Result<(), PrintError> {
         let form = self.form;
-        let workspace = || (Deflater::new(), vec![0u16; form.samples], vec![0u8; form.bytes]);
-        let pieces: Vec<Piece> = rows
-            .par_iter()
-            .map_init(workspace, |(deflater, dots, bytes), row| {
-                paint(row, dots);
-                (form.put)(dots, bytes);
-                deflater.piece(bytes)
-            })
-            .collect();
+        let pieces: Vec<Piece> = rows.par_iter().map_init(|| RowCoder::new(form), compress).collect();
         for (piece, row) in pieces.iter().zip(rows) {
             for _ in 0..repeat(row) {
                 self.stream.push(piece);

@@ -2,18 +2,22 @@
 //!
 //! A sample is 65,535 less the ink: white where there is none, so that the sheet looks like paper in every viewer, and a
 //! printer whose channels for cyan, magenta and yellow carry the three inks lays them as they are without any colour
-//! management. Strips are compressed by Deflate with horizontal differencing (TIFF 6.0, sections 14 and the technical
-//! note on compression 8). Files that may grow beyond 2 GiB, where many readers of plain TIFF end, are BigTIFF.
+//! management. Strips are compressed by Deflate (technical note on compression 8), with horizontal differencing (TIFF 6.0,
+//! section 14) but for halftones whose dots are full or empty, which repeat without it. Files that may grow beyond 2 GiB, where many readers of plain TIFF end, are BigTIFF.
 
+use std::collections::BTreeMap;
 use std::io::{Seek, Write};
+use std::sync::{Mutex, PoisonError};
 
 use tiff::encoder::{DirectoryEncoder, Rational, TiffEncoder, TiffKind, TiffKindBig, TiffKindStandard};
 use tiff::tags::Tag;
 
 use super::job::{PrintJob, Sheet};
-use super::rows::{Batch, DotRows, SheetRows};
-use super::strips::{RowForm, Strip, Strips};
+use super::raster::Span;
+use super::rows::{Batch, Content, DotRows, Part, SheetRows, draw};
+use super::strips::{RowCoder, RowForm, Strip, Strips};
 use super::write::{PrintError, TiffForm};
+use crate::deflate::Piece;
 use crate::volume::CHANNELS;
 
 /// Bytes of dots in a strip, about.
@@ -61,19 +65,91 @@ fn write_kind<W: Write + Seek, K: TiffKind>(
         offsets.push(directory.write_data(strip.bytes.as_slice()).map_err(PrintError::Tiff)?);
         Ok(())
     };
-    let mut strips = Strips::new(row_form(sheet.width), rows_per_strip(sheet));
+    let tiff_rows = TiffRows::new(rows, sheet.width);
+    let mut strips = Strips::new(tiff_rows.form, rows_per_strip(sheet));
     each(&mut |batch| {
-        let paint = |row: &DotRows, dots: &mut [u16]| rows.paint(row, dots);
-        strips.push(&rows.distinct(batch), |row| row.repeat, paint, &mut take)
+        let compress = |coder: &mut RowCoder, row: &DotRows| tiff_rows.piece(coder, row);
+        strips.push(&rows.distinct(batch), |row| row.repeat, compress, &mut take)
     })?;
     strips.rest().map_or(Ok(()), &mut take)?;
-    describe(&mut directory, job, index, sheet, &offsets, &lengths).map_err(PrintError::Tiff)
+    let predictor = tiff_rows.predictor;
+    describe(&mut directory, (job, index, sheet), predictor, &offsets, &lengths).map_err(PrintError::Tiff)
 }
 
-/// Rows of `width` dots before compression.
-pub(super) fn row_form(width: usize) -> RowForm {
-    let samples = width * CHANNELS;
-    RowForm { samples, bytes: 2 * samples, put: differences }
+/// How a TIFF has the rows of a sheet.
+pub(super) struct TiffRows<'a> {
+    rows: &'a SheetRows<'a>,
+    pub(super) form: RowForm,
+    predictor: u16,
+    /// What lies around films is the same in many rows.
+    around: Mutex<BTreeMap<(usize, Vec<Span>), Piece>>,
+}
+
+/// Parts of rows that are kept.
+const MOST_KEPT: usize = 1024;
+
+impl<'a> TiffRows<'a> {
+    /// Rows of `width` dots.
+    pub(super) fn new(rows: &'a SheetRows<'a>, width: usize) -> Self {
+        const NONE: u16 = 1;
+        const DIFFERENCES: u16 = 2;
+        let samples = width * CHANNELS;
+        let form = |put: fn(&[u16], &mut [u8])| RowForm { samples, bytes: 2 * samples, put };
+        let (predictor, form) = match rows.is_full_or_empty() {
+            true => (NONE, form(plain)),
+            false => (DIFFERENCES, form(differences)),
+        };
+        Self { rows, form, predictor, around: Mutex::default() }
+    }
+
+    /// Compresses a row.
+    fn piece(&self, coder: &mut RowCoder, row: &DotRows) -> Piece {
+        let Some(parts) = self.rows.parts(row) else {
+            return coder.painted(|dots| self.rows.paint(row, dots));
+        };
+        let mut piece = Piece::empty();
+        for part in parts {
+            match part {
+                Part::Film(dots) => piece.push(&coder.dot_deflater.piece(dots)),
+                Part::Around { width: 0, .. } => {}
+                Part::Around { width, spans } => piece.push(&self.around(coder, width, spans)),
+            }
+        }
+        piece
+    }
+
+    /// Compresses what a film shows in a row.
+    pub(super) fn film_piece(&self, coder: &mut RowCoder, content: &Content) -> Piece {
+        match content {
+            Content::Full(dots) => coder.dot_deflater.piece(dots),
+            _ => coder.painted(|dots| self.rows.paint_film(content, dots)),
+        }
+    }
+
+    fn around(&self, coder: &mut RowCoder, width: usize, spans: Vec<Span>) -> Piece {
+        let kept = || self.around.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = (width, spans);
+        if let Some(piece) = kept().get(&key) {
+            return piece.clone();
+        }
+        let mut dots = vec![0; width * CHANNELS];
+        draw(&key.1, &mut dots);
+        let mut bytes = vec![0; 2 * dots.len()];
+        plain(&dots, &mut bytes);
+        let piece = coder.deflater.piece(&bytes);
+        let mut kept = kept();
+        if kept.len() == MOST_KEPT {
+            kept.clear();
+        }
+        kept.insert(key, piece.clone());
+        piece
+    }
+}
+
+/// White less ink.
+fn plain(dots: &[u16], bytes: &mut [u8]) {
+    let (pairs, _) = bytes.as_chunks_mut::<2>();
+    pairs.iter_mut().zip(dots).for_each(|(pair, ink)| *pair = (u16::MAX - ink).to_ne_bytes());
 }
 
 /// The differences of each white-less-ink sample to the one of the dot to its left, as TIFF's predictor 2 has them.
@@ -95,9 +171,8 @@ fn rows_per_strip(sheet: &Sheet) -> usize {
 
 fn describe<W: Write + Seek, K: TiffKind>(
     directory: &mut DirectoryEncoder<'_, W, K>,
-    job: &PrintJob,
-    index: usize,
-    sheet: &Sheet,
+    (job, index, sheet): (&PrintJob, usize, &Sheet),
+    predictor: u16,
     offsets: &[u64],
     lengths: &[u64],
 ) -> tiff::TiffResult<()> {
@@ -105,7 +180,6 @@ fn describe<W: Write + Seek, K: TiffKind>(
     const RGB: u16 = 2;
     const INTERLEAVED: u16 = 1;
     const INCHES: u16 = 2;
-    const DIFFERENCES: u16 = 2;
     let request = &job.request;
     directory.write_tag(Tag::ImageWidth, sheet.width as u32)?;
     directory.write_tag(Tag::ImageLength, sheet.height as u32)?;
@@ -130,7 +204,7 @@ fn describe<W: Write + Seek, K: TiffKind>(
     directory.write_tag(Tag::PlanarConfiguration, INTERLEAVED)?;
     directory.write_tag(Tag::ResolutionUnit, INCHES)?;
     directory.write_tag(Tag::Software, concat!("vitrine ", env!("CARGO_PKG_VERSION")))?;
-    directory.write_tag(Tag::Predictor, DIFFERENCES)?;
+    directory.write_tag(Tag::Predictor, predictor)?;
     if let Some(profiles) = &request.profiles {
         directory.write_tag(Tag::IccProfile, profiles.samples.as_slice())?;
     }
