@@ -5,6 +5,7 @@
 //! Z_n <= z < Z_(n+1) goes to film n ([`Layers`]). Meshes become points on their surface as close as the films' pixels.
 //! What lies outside is counted and told ([`Tally`]).
 
+mod around;
 mod fill;
 mod hidden;
 mod layers;

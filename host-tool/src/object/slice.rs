@@ -1,7 +1,6 @@
 //! From a model in a file to films.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -10,12 +9,12 @@ use crate::build_folder::portable_name;
 use crate::config::{Exhibit, HiddenSetting, ObjectSettings};
 use crate::stack::Stack;
 
+use super::around::{Around, Watched};
 use super::hidden::{self, Sight};
 use super::layers::{Layers, Tally};
 use super::model::{Model, ModelError};
 use super::placement::Placement;
-use super::shape::{Box3, Point, Sink, Triangle};
-use super::texture::Texture;
+use super::shape::{Box3, Sink};
 
 /// A model in the films.
 pub struct Sliced {
@@ -92,29 +91,7 @@ pub fn slice(
     sights: &[Sight],
 ) -> Result<Sliced, ModelError> {
     let model = Model::open(path)?;
-    let (mut turned, mut kept) = (Box3::EMPTY, None);
-    if Placement::needs_box(settings) {
-        let around = Around::new(settings);
-        let notes = model.read(&around)?;
-        turned = around.found();
-        kept = around.kept().map(|points| (points, notes));
-        if turned.is_empty() {
-            return Err(ModelError::Empty {
-                path: path.to_owned(),
-                why: "there is no point with finite coordinates in it".to_owned(),
-                help: "look at the model in another program, and export it again",
-            });
-        }
-    }
-    let placement = Placement::new(settings, &turned, stack);
-    let layers = Layers::new(stack, placement, settings);
-    let mut notes = match kept {
-        Some((points, notes)) => {
-            points.par_iter().for_each(|points| layers.points(points));
-            notes
-        }
-        None => model.read(&layers)?,
-    };
+    let Laid { layers, placement, turned, mut notes } = lay(&model, settings, stack)?;
     let tally = layers.tally();
     let open_columns = layers.fill();
     if open_columns > 0 {
@@ -154,73 +131,73 @@ pub fn slice(
     Ok(Sliced { layers, report, files: model.files() })
 }
 
-/// Points that are kept of a cloud while its box is looked for, so that it need not be read again: 384 MiB of them.
-const MOST_KEPT: usize = 12 << 20;
-
-/// The box around a turned model, and its points if they are all of it and not too many.
-struct Around {
-    turn: Placement,
-    seen: Mutex<Seen>,
+/// A model in the films, as it was read.
+struct Laid {
+    layers: Layers,
+    placement: Placement,
+    /// The box around the turned model; empty where it did not matter.
+    turned: Box3,
+    notes: Vec<String>,
 }
 
-struct Seen {
-    around: Box3,
-    /// None once there are too many, or anything else.
-    points: Option<Vec<Vec<Point>>>,
-    count: usize,
-}
-
-impl Around {
-    fn new(settings: &ObjectSettings) -> Self {
-        let seen = Seen { around: Box3::EMPTY, points: Some(Vec::new()), count: 0 };
-        Self { turn: Placement::turned(settings.turn_deg), seen: Mutex::new(seen) }
-    }
-
-    fn box_of(&self, positions: impl Iterator<Item = [f64; 3]>) -> Box3 {
-        let mut around = Box3::EMPTY;
-        positions.for_each(|position| around.hold(self.turn.place(position)));
-        around
-    }
-
-    fn seen(&self) -> MutexGuard<'_, Seen> {
-        self.seen.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn found(&self) -> Box3 {
-        self.seen().around
-    }
-
-    fn kept(self) -> Option<Vec<Vec<Point>>> {
-        self.seen.into_inner().unwrap_or_else(PoisonError::into_inner).points
+impl Laid {
+    /// Lays what `read` gives into empty films.
+    fn read(
+        (settings, stack): (&ObjectSettings, &Stack),
+        turned: Box3,
+        read: impl FnOnce(&Layers) -> Result<Vec<String>, ModelError>,
+    ) -> Result<Self, ModelError> {
+        let placement = Placement::new(settings, &turned, stack);
+        let layers = Layers::new(stack, placement, settings);
+        let notes = read(&layers)?;
+        Ok(Self { layers, placement, turned, notes })
     }
 }
 
-impl Sink for Around {
-    fn points(&self, points: &[Point]) {
-        let around = self.box_of(points.iter().map(|point| point.position));
-        let mut seen = self.seen();
-        seen.around = seen.around.with(around);
-        seen.count += points.len();
-        if seen.count > MOST_KEPT {
-            seen.points = None;
+/// Lays `model` into films; one whose box has to be known is read twice, unless its file tells of it or it is a cloud that
+/// is kept.
+fn lay(model: &Model, settings: &ObjectSettings, stack: &Stack) -> Result<Laid, ModelError> {
+    let place = (settings, stack);
+    if !Placement::needs_box(settings) {
+        return Laid::read(place, Box3::EMPTY, |layers| model.read(layers));
+    }
+    let around = Around::new(settings);
+    let mut wrongly_told = None;
+    if let Some(told) = model.told_box().and_then(|told| around.turned(&told)) {
+        let laid = Laid::read(place, told, |layers| model.read(&Watched { around: &around, layers }))?;
+        if around.is(&told) {
+            return Ok(laid);
         }
-        if let Some(kept) = &mut seen.points {
-            kept.push(points.to_vec());
-        }
+        wrongly_told = Some("the header tells other bounds than the points have: theirs count".to_owned());
     }
-
-    fn triangles(&self, triangles: &[Triangle], _: Option<&Texture>) {
-        let around = self.box_of(triangles.iter().flatten().map(|corner| corner.position));
-        let mut seen = self.seen();
-        seen.around = seen.around.with(around);
-        seen.points = None;
+    let read = match around.found() {
+        seen if !seen.is_empty() => None,
+        _ => Some(model.read(&around)?),
+    };
+    let turned = around.found();
+    if turned.is_empty() {
+        return Err(ModelError::Empty {
+            path: model.path().to_owned(),
+            why: "there is no point with finite coordinates in it".to_owned(),
+            help: "look at the model in another program, and export it again",
+        });
     }
+    let mut laid = match (around.kept(), read) {
+        (Some(points), Some(notes)) => Laid::read(place, turned, |layers| {
+            points.par_iter().for_each(|points| layers.points(points));
+            Ok(notes)
+        })?,
+        _ => Laid::read(place, turned, |layers| model.read(layers))?,
+    };
+    laid.notes.extend(wrongly_told);
+    Ok(laid)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::config::CentreSetting;
+    use crate::object::model::tests::las;
     use crate::optics::Direction;
     use crate::projection::ViewerDistance;
 
@@ -319,5 +296,29 @@ mod tests {
         assert_eq!(fitted.report.voxels_of_films, other.report.voxels_of_films);
         assert_eq!(fitted.report.tally, other.report.tally);
         assert_eq!(fitted.report.tally.on_films, 5000);
+    }
+
+    #[test]
+    fn a_scan_is_fitted_by_its_header_unless_that_is_wrong() {
+        let folder = tempfile::tempdir().unwrap();
+        for (turn_deg, compressed) in
+            [([0.0; 3], false), ([90.0, 0.0, 180.0], true), ([0.0, 30.0, 0.0], false)]
+        {
+            let settings = ObjectSettings { turn_deg, ..ObjectSettings::default() };
+            let report = |bytes: &[u8]| {
+                let path = folder.path().join("a.las");
+                std::fs::write(&path, bytes).unwrap();
+                slice(&path, &settings, &stack(), &[]).unwrap().report
+            };
+            let mut bytes = las(2, 300, 65_535, compressed);
+            let fitted = report(&bytes);
+            assert_eq!((fitted.tally.on_films, fitted.notes.len()), (300, 0), "{:?}", fitted.notes);
+            // The largest x.
+            bytes[179..187].copy_from_slice(&700_000.0_f64.to_le_bytes());
+            let mended = report(&bytes);
+            let is_told = turn_deg[1] == 0.0;
+            assert_eq!(mended.notes.iter().any(|note| note.contains("other bounds")), is_told);
+            assert_eq!(ObjectReport { notes: Vec::new(), ..mended }, fitted);
+        }
     }
 }

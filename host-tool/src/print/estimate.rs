@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::job::{PrintJob, Sheet};
 use super::pdf;
+use super::raster::Raster;
 use super::rows::{OpenFilm, SheetRows};
 use super::separation::Separation;
 use super::strips::RowCoder;
@@ -80,10 +81,17 @@ impl Estimate {
         }
         if formats.tiff.is_some() {
             bytes += look.tiff.bytes / look.dots() * dots + blank_bytes;
+            bytes += job.sheets.iter().map(|sheet| drawn_bytes(job, sheet)).sum::<f64>();
+            if separation.top_level() == Some(1) {
+                // What lies beside each film is compressed by itself.
+                let beside = films.len() + job.sheets.iter().map(|sheet| tops(sheet).len()).sum::<usize>();
+                bytes += (Deflater::new().piece(&[0; 1 << 10]).compressed_len() * beside * height) as f64;
+            }
             seconds += look.tiff.seconds / look.dots() * sheet_rows_dots(job, rows);
         }
         if formats.pdf {
             bytes += look.pdf.bytes / look.dots() * dots;
+            bytes += job.sheets.iter().map(|sheet| pdf::drawn_bytes(sheet) as f64).sum::<f64>();
             seconds += look.pdf.seconds / look.dots() * worked;
         }
         let area_m2 = stack.width_mm * stack.height_mm() * 1e-6 * films.len() as f64;
@@ -102,12 +110,35 @@ impl Estimate {
 
 /// Dots of a sheet's rows that are painted and compressed, where a film has `film_rows` of them.
 fn sheet_rows_dots(job: &PrintJob, film_rows: usize) -> f64 {
-    let sheet_dots = |sheet: &Sheet| {
-        let mut tops: Vec<usize> = sheet.films.iter().map(|film| film.y_dots).collect();
-        tops.dedup();
-        (tops.len() * (film_rows + MARKED_ROWS) * sheet.width) as f64
-    };
+    let sheet_dots = |sheet: &Sheet| (tops(sheet).len() * (film_rows + MARKED_ROWS) * sheet.width) as f64;
     job.sheets.iter().map(sheet_dots).sum()
+}
+
+/// Bytes in a TIFF of what is drawn above, below and between films, from some of the rows.
+fn drawn_bytes(job: &PrintJob, sheet: &Sheet) -> f64 {
+    let raster = Raster::new(&sheet.drawing, job.request.resolution, sheet.width);
+    let mut deflater = Deflater::new();
+    let bytes = (SAMPLED_ROWS / 2..sheet.height).step_by(SAMPLED_ROWS).map(|row| {
+        let spans = raster.row(row);
+        let (start, end) =
+            (spans.iter().map(|span| span.start).min(), spans.iter().map(|span| span.end).max());
+        let has_films =
+            sheet.films.iter().any(|film| (film.y_dots..film.y_dots + job.down.dots()).contains(&row));
+        let (Some(start), Some(end), false) = (start, end, has_films) else { return 0 };
+        let mut dots = vec![0; (end - start) * CHANNELS * 2];
+        for span in spans {
+            dots[(span.start - start) * CHANNELS * 2..(span.end - start) * CHANNELS * 2].fill(u8::MAX);
+        }
+        deflater.piece(&dots).compressed_len()
+    });
+    (bytes.sum::<usize>() * SAMPLED_ROWS) as f64
+}
+
+/// Where rows of films begin on a sheet.
+fn tops(sheet: &Sheet) -> Vec<usize> {
+    let mut tops: Vec<usize> = sheet.films.iter().map(|film| film.y_dots).collect();
+    tops.dedup();
+    tops
 }
 
 /// What was seen on some films.

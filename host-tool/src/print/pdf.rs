@@ -366,6 +366,13 @@ fn differences(dots: &[u16], bytes: &mut [u8]) {
     }
 }
 
+/// Bytes of what is drawn on a sheet.
+pub(super) fn drawn_bytes(sheet: &Sheet) -> usize {
+    let mut content = Content::new();
+    draw(&mut content, &sheet.drawing, 0.0);
+    Deflater::new().piece(content.finish().as_slice()).compressed_len()
+}
+
 /// Fills all shapes on a page of this height, each with its ink in the colour space that is set.
 pub(super) fn draw(content: &mut Content, drawing: &Drawing, page_height: f64) {
     let x = |mm: f64| points(mm) as f32;

@@ -123,6 +123,9 @@ impl<'a> SheetRows<'a> {
 
     /// The row's parts from left to right, where its films have dots that are full or empty and nothing is drawn on them.
     pub(super) fn parts<'row>(&self, row: &'row DotRows) -> Option<Vec<Part<'row>>> {
+        if !self.is_full_or_empty() {
+            return None;
+        }
         let (mut parts, mut start) = (Vec::new(), 0);
         let mut films: Vec<_> = row.films.iter().collect();
         films.sort_by_key(|film| film.0);

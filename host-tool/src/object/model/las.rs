@@ -9,13 +9,13 @@ mod compressed;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use las::raw::Header;
 
 use super::error::{ModelError, Place};
 use super::{block_points, open};
-use crate::object::shape::{Point, Sink, UNCOLOURED};
-use compressed::Compressed;
+use crate::object::shape::{Box3, Point, Sink, UNCOLOURED};
 
 /// Bytes of points that are read at once.
 const BLOCK: usize = 8 << 20;
@@ -62,57 +62,53 @@ pub(super) fn read(path: &Path, sink: &dyn Sink) -> Result<Vec<String>, ModelErr
         ModelError::damaged(path, Place::Byte(0), format!("the header cannot be read: {error}"))
     })?;
     let records = Records::of(path, &header)?;
-    let start = u64::from(header.offset_to_point_data);
-    let mut source = match header.point_data_record_format & COMPRESSED {
-        0 => {
-            let needed =
-                records.count.checked_mul(records.bytes as u64).and_then(|bytes| bytes.checked_add(start));
-            if needed.is_none_or(|needed| needed > length) {
-                let what = format!(
-                    "the header tells of {} points of {} bytes, which the {length} bytes of the file cannot hold",
-                    records.count, records.bytes
-                );
-                return Err(ModelError::damaged(path, Place::Byte(107), what));
-            }
-            let mut file = reader.into_inner();
-            let sought = file.seek(SeekFrom::Start(start));
-            sought.map_err(|source| ModelError::Unreadable { path: path.to_owned(), source })?;
-            Source::Plain(file)
-        }
-        _ => Source::Compressed(Box::new(Compressed::open(path, &header, &records, length)?)),
+    let notes = Mutex::new(Vec::new());
+    let colours = OnceLock::new();
+    let take = |block: &[u8]| {
+        let colours = *colours.get_or_init(|| {
+            let mut notes = notes.lock().unwrap_or_else(PoisonError::into_inner);
+            records.colours(block, &mut notes)
+        });
+        block_points(block, records.bytes, &|record| records.point(record, colours), sink);
     };
-    let mut notes = Vec::new();
-    let mut colours = None;
-    let at_once = (BLOCK / records.bytes).max(1) as u64;
-    let mut done = 0;
-    let mut block = Vec::new();
-    while done < records.count {
-        let now = (records.count - done).min(at_once);
-        block.resize(now as usize * records.bytes, 0);
-        source.fill(&mut block).map_err(|what| {
-            let place = Place::Element(format!("point {}", done + 1));
-            ModelError::damaged(path, place, what)
-        })?;
-        let colours = *colours.get_or_insert_with(|| records.colours(&block, &mut notes));
-        block_points(&block, records.bytes, &|record| records.point(record, colours), sink);
-        done += now;
+    match header.point_data_record_format & COMPRESSED {
+        0 => read_plain(path, (reader.into_inner(), length), &header, &records, take)?,
+        _ => compressed::read(path, &header, &records, length, take)?,
     }
-    Ok(notes)
+    Ok(notes.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// Where records come from.
-enum Source {
-    Plain(File),
-    Compressed(Box<Compressed>),
+/// Hands blocks of the records of a file that is not compressed to `take`.
+fn read_plain(
+    path: &Path,
+    (mut file, length): (File, u64),
+    header: &Header,
+    records: &Records,
+    take: impl Fn(&[u8]),
+) -> Result<(), ModelError> {
+    let start = u64::from(header.offset_to_point_data);
+    let needed = records.count.checked_mul(records.bytes as u64).and_then(|bytes| bytes.checked_add(start));
+    if needed.is_none_or(|needed| needed > length) {
+        let what = format!(
+            "the header tells of {} points of {} bytes, which the {length} bytes of the file cannot hold",
+            records.count, records.bytes
+        );
+        return Err(ModelError::damaged(path, Place::Byte(107), what));
+    }
+    let unreadable = |source| ModelError::Unreadable { path: path.to_owned(), source };
+    file.seek(SeekFrom::Start(start)).map_err(unreadable)?;
+    records.blocks(path, |block| file.read_exact(block).map_err(|error| error.to_string()), take)
 }
 
-impl Source {
-    fn fill(&mut self, block: &mut [u8]) -> Result<(), String> {
-        match self {
-            Self::Plain(file) => file.read_exact(block).map_err(|error| error.to_string()),
-            Self::Compressed(points) => points.fill(block),
-        }
-    }
+/// The box around the points that the header of the file at `path` tells of, if it can be read.
+pub(super) fn told_box(path: &Path) -> Option<Box3> {
+    let header = Header::read_from(&mut BufReader::new(File::open(path).ok()?)).ok()?;
+    let around = Box3 {
+        least: [header.min_x, header.min_y, header.min_z],
+        most: [header.max_x, header.max_y, header.max_z],
+    };
+    let is_finite = around.least.iter().chain(&around.most).all(|value| value.is_finite());
+    (is_finite && !around.is_empty()).then_some(around)
 }
 
 impl Records {
@@ -132,6 +128,29 @@ impl Records {
             return fail(131, "the scales and offsets of the coordinates are no finite numbers".to_owned());
         }
         Ok(Self { format, bytes: usize::from(bytes), count: point_count(header), scale, offset, red })
+    }
+
+    /// Hands blocks of records, which `fill` fills, to `take`.
+    fn blocks(
+        &self,
+        path: &Path,
+        mut fill: impl FnMut(&mut [u8]) -> Result<(), String>,
+        take: impl Fn(&[u8]),
+    ) -> Result<(), ModelError> {
+        let at_once = (BLOCK / self.bytes).max(1) as u64;
+        let mut done = 0;
+        let mut block = Vec::new();
+        while done < self.count {
+            let now = (self.count - done).min(at_once);
+            block.resize(now as usize * self.bytes, 0);
+            fill(&mut block).map_err(|what| {
+                let place = Place::Element(format!("point {}", done + 1));
+                ModelError::damaged(path, place, what)
+            })?;
+            take(&block);
+            done += now;
+        }
+        Ok(())
     }
 
     /// Looks at the colours of the first points.

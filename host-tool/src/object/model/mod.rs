@@ -14,7 +14,7 @@ mod text;
 mod xyz;
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use std::fs::File;
 use std::io::Read;
@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::shape::{Corner, Point, Sink, Triangle};
+use super::shape::{Box3, Corner, Point, Sink, Triangle};
 use super::texture::Texture;
 
 use gltf::Gltf;
@@ -107,6 +107,19 @@ impl Model {
         match by_beginning.or_else(by_ending) {
             Some(format) => Ok(Self { path: path.to_owned(), content: Content::open(format, path)? }),
             None => Err(ModelError::UnknownFormat { path: path.to_owned() }),
+        }
+    }
+
+    /// Where the model is.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The box around the model, where its file tells of it and what it is made of are points.
+    pub(super) fn told_box(&self) -> Option<Box3> {
+        match &self.content {
+            Content::Las => las::told_box(&self.path),
+            _ => None,
         }
     }
 

@@ -492,7 +492,7 @@ fn gltf_that_is_wrong_is_refused_with_its_place() {
 }
 
 /// A cloud of `count` points as a LAS file, or a LAZ file where `compressed` is; colours have `full` as the largest.
-fn las(format: u8, count: u16, full: u16, compressed: bool) -> Vec<u8> {
+pub(in crate::object) fn las(format: u8, count: u16, full: u16, compressed: bool) -> Vec<u8> {
     let mut builder = ::las::Builder::from((1, 4));
     builder.point_format = ::las::point::Format::new(format).unwrap();
     builder.point_format.is_compressed = compressed;

@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -16,13 +17,13 @@ const PARTS: usize = 32;
 pub(super) const LONGEST_LINE: usize = 1 << 20;
 
 /// Reads `file`, the one at `path`, in blocks of whole lines, the first of which has the number `line`. What `read` makes
-/// of the parts of a block, each of which begins with the line of the number it is given, goes to `take` in the file's
-/// order; that says whether more is wanted. Parts of a block are read at once.
+/// of the parts of a block, of which it is given the numbers of the lines, goes to `take` in the file's order; that says
+/// whether more is wanted. Parts of a block are read at once.
 pub(super) fn read_blocks<T: Send>(
     path: &Path,
     mut file: File,
     mut line: u64,
-    read: impl Fn(u64, &[u8]) -> T + Sync,
+    read: impl Fn(Range<u64>, &[u8]) -> T + Sync,
     mut take: impl FnMut(Vec<T>) -> Result<bool, ModelError>,
 ) -> Result<(), ModelError> {
     let unreadable = |source| ModelError::Unreadable { path: path.to_owned(), source };
@@ -47,12 +48,14 @@ pub(super) fn read_blocks<T: Send>(
         }
         let parts = parts(&block[..whole]);
         let counts: Vec<u64> = parts.par_iter().map(|part| lines_in(part)).collect();
-        let firsts = counts.iter().scan(line, |next, count| Some(std::mem::replace(next, *next + count)));
-        let work: Vec<(u64, &[u8])> = firsts.zip(parts.iter().copied()).collect();
-        if !take(work.par_iter().map(|(first, part)| read(*first, part)).collect())? {
+        let lines = counts.iter().map(|count| {
+            line += count;
+            line - count..line
+        });
+        let work: Vec<(Range<u64>, &[u8])> = lines.zip(parts.iter().copied()).collect();
+        if !take(work.into_par_iter().map(|(lines, part)| read(lines, part)).collect())? {
             return Ok(());
         }
-        line += counts.iter().sum::<u64>();
         block.drain(..whole);
     }
 }
@@ -61,8 +64,10 @@ fn too_long(path: &Path, line: u64) -> ModelError {
     ModelError::damaged(path, Place::Line(line), format!("is longer than {LONGEST_LINE} bytes"))
 }
 
+/// The lines of a part; one without an end, which only the file's last can be, counts as well.
 fn lines_in(part: &[u8]) -> u64 {
-    part.iter().filter(|byte| **byte == b'\n').count() as u64
+    let ends = part.iter().filter(|byte| **byte == b'\n').count() as u64;
+    ends + u64::from(part.last().is_some_and(|byte| *byte != b'\n'))
 }
 
 /// Cuts a block behind line ends into about [`PARTS`] parts.
@@ -130,6 +135,12 @@ impl Iterator for Numbers<'_> {
     fn next(&mut self) -> Option<Self::Item> {
         let begin = self.0.iter().position(|byte| !parts_numbers(byte))?;
         let rest = &self.0[begin..];
+        if let Some((number, length)) = plain_number(rest)
+            && rest.get(length).is_none_or(parts_numbers)
+        {
+            self.0 = &rest[length..];
+            return Some(Ok(number));
+        }
         match fast_float2::parse_partial::<f64, _>(rest) {
             Ok((number, length)) if rest.get(length).is_none_or(parts_numbers) => {
                 self.0 = &rest[length..];
@@ -143,6 +154,32 @@ impl Iterator for Numbers<'_> {
             }
         }
     }
+}
+
+/// Reads a number of few digits without an exponent, as most are, and tells its length. Its digits and the power of ten are
+/// whole numbers below 2^53, so that the one division rounds as it should (Clinger 1990, "How to read floating point
+/// numbers accurately").
+#[inline]
+fn plain_number(text: &[u8]) -> Option<(f64, usize)> {
+    const MOST_DIGITS: usize = 15;
+    const POWERS: [f64; MOST_DIGITS + 1] =
+        [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
+    let begin = usize::from(matches!(text.first(), Some(b'-' | b'+')));
+    let (mut digits, mut count, mut fraction, mut point) = (0_u64, 0, 0, 0);
+    for byte in &text[begin..] {
+        match byte {
+            b'0'..=b'9' if count < MOST_DIGITS => {
+                digits = digits * 10 + u64::from(byte - b'0');
+                count += 1;
+                fraction += point;
+            }
+            b'.' if point == 0 => point = 1,
+            _ => break,
+        }
+    }
+    let number = digits as f64 / POWERS[fraction];
+    let signed = if text.first() == Some(&b'-') { -number } else { number };
+    (count > 0).then_some((signed, begin + count + point))
 }
 
 #[inline]

@@ -7,6 +7,7 @@
 
 use std::fs::File;
 use std::io::Read;
+use std::ops::Range;
 use std::path::Path;
 
 use super::error::{ModelError, Place};
@@ -38,9 +39,9 @@ struct Columns {
 pub(super) fn read(path: &Path, sink: &dyn Sink) -> Result<Vec<String>, ModelError> {
     let (file, _) = open(path)?;
     let columns = columns(path, &file)?;
-    let read = |first: u64, part: &[u8]| {
+    let read = |lines: Range<u64>, part: &[u8]| {
         let mut points = Vec::with_capacity(POINTS_AT_ONCE);
-        for (line, number) in part.split(|byte| *byte == b'\n').zip(first..) {
+        for (line, number) in part.split(|byte| *byte == b'\n').zip(lines.start..) {
             if number < columns.first_line || is_comment(line) {
                 continue;
             }

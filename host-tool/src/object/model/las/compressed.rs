@@ -8,9 +8,12 @@ use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use las::raw::Header;
-use laz::laszip::LazItemType;
-use laz::laszip::{ChunkTable, ChunkTableEntry};
-use laz::{DecompressionSelection, LasZipDecompressor, LazItemRecordBuilder, LazVlr, ParLasZipDecompressor};
+use laz::laszip::{ChunkTable, ChunkTableEntry, LazItemType};
+use laz::{
+    DecompressionSelection, LasZipDecompressor, LasZipError, LazItemRecordBuilder, LazVlr,
+    par_decompress_selective,
+};
+use rayon::prelude::*;
 
 use super::Records;
 use crate::object::model::error::{ModelError, Place};
@@ -24,71 +27,131 @@ const MOST_RECORDS: u32 = 100_000;
 /// The most bytes of a chunk, compressed or not, for several to be decompressed at once.
 const LARGEST_CHUNK: u64 = 64 << 20;
 
-/// Compressed points, one after the other.
-pub(super) enum Compressed {
-    /// Chunk by chunk.
-    InTurn(Box<LasZipDecompressor<'static, BufReader<File>>>),
-    /// Several chunks at once, where a table tells of all of them and none is large.
-    AtOnce(ParLasZipDecompressor<BufReader<File>>),
+/// The number of the oldest way to compress.
+const WITHOUT_CHUNKS: Option<u8> = Some(1);
+
+/// Points that are decompressed by one task of the thread pool, in whole chunks: at least so many where there are more.
+const POINTS_A_TASK: u64 = 50_000;
+
+/// Hands the points of the file at `path` of `length` bytes to `take`, in blocks from any thread, the first block first.
+pub(super) fn read(
+    path: &Path,
+    header: &Header,
+    records: &Records,
+    length: u64,
+    take: impl Fn(&[u8]) + Sync,
+) -> Result<(), ModelError> {
+    let mut reader = BufReader::new(open(path)?.0);
+    let unreadable = |source| ModelError::Unreadable { path: path.to_owned(), source };
+    let start = u64::from(header.offset_to_point_data);
+    let fail = |at: u64, what: &str| Err(ModelError::damaged(path, Place::Byte(at), what));
+    let Some((at, description)) = description(&mut reader, header, start).map_err(unreadable)? else {
+        return fail(u64::from(header.header_size), "no record tells how the points are compressed");
+    };
+    let way = description.first().copied();
+    let Ok(description) = LazVlr::from_buffer(&description) else {
+        return fail(at, "the record that tells how the points are compressed is damaged");
+    };
+    if !is_of_format(&description, records) {
+        return fail(at, "the points are compressed as another format than the header tells");
+    }
+    if !chunks_are_few(&mut reader, start, length).map_err(unreadable)? {
+        return fail(start, "the table of chunks lies beyond the file, or tells of more than it can hold");
+    }
+    let layers: u64 = description.items().iter().map(|item| layers_of(item.item_type())).sum();
+    if layers > 0 {
+        check_layers(&mut reader, records, layers, start, length)
+            .map_err(|at| ModelError::damaged(path, Place::Byte(at), "a chunk is longer than the file"))?;
+    }
+    reader.seek(SeekFrom::Start(start)).map_err(unreadable)?;
+    let wanted = DecompressionSelection(DecompressionSelection::Z | DecompressionSelection::RGB);
+    let table = match way {
+        WITHOUT_CHUNKS => None,
+        _ => ChunkTable::read_from(&mut reader, &description).ok(),
+    };
+    if let Some(table) = table.filter(|table| is_sound(table, records, length)) {
+        let chunks =
+            Chunks { path, start: start + 8, description: &description, wanted, bytes: records.bytes };
+        return chunks.read(&table, records.count, take);
+    }
+    reader.seek(SeekFrom::Start(start)).map_err(unreadable)?;
+    let damaged = |error: LasZipError| ModelError::damaged(path, Place::Byte(start), error.to_string());
+    let mut points = LasZipDecompressor::selective(reader, description, wanted).map_err(damaged)?;
+    records.blocks(path, |block| points.decompress_many(block).map_err(|error| error.to_string()), take)
 }
 
-impl Compressed {
-    /// Opens the points of the file at `path` of `length` bytes.
-    pub(super) fn open(
-        path: &Path,
-        header: &Header,
-        records: &Records,
-        length: u64,
-    ) -> Result<Self, ModelError> {
-        let mut reader = BufReader::new(open(path)?.0);
-        let unreadable = |source| ModelError::Unreadable { path: path.to_owned(), source };
-        let start = u64::from(header.offset_to_point_data);
-        let fail = |at: u64, what: &str| Err(ModelError::damaged(path, Place::Byte(at), what));
-        let Some((at, description)) = description(&mut reader, header, start).map_err(unreadable)? else {
-            return fail(u64::from(header.header_size), "no record tells how the points are compressed");
-        };
-        let Ok(description) = LazVlr::from_buffer(&description) else {
-            return fail(at, "the record that tells how the points are compressed is damaged");
-        };
-        if !is_of_format(&description, records) {
-            return fail(at, "the points are compressed as another format than the header tells");
-        }
-        if !chunks_are_few(&mut reader, start, length).map_err(unreadable)? {
-            return fail(
-                start,
-                "the table of chunks lies beyond the file, or tells of more than it can hold",
-            );
-        }
-        let layers: u64 = description.items().iter().map(|item| layers_of(item.item_type())).sum();
-        if layers > 0 {
-            check_layers(&mut reader, records, layers, start, length).map_err(|at| {
-                ModelError::damaged(path, Place::Byte(at), "a chunk is longer than the file")
-            })?;
-        }
-        reader.seek(SeekFrom::Start(start)).map_err(unreadable)?;
-        let wanted = DecompressionSelection(DecompressionSelection::Z | DecompressionSelection::RGB);
-        let table = ChunkTable::read_from(&mut reader, &description);
-        if table.is_ok_and(|table| is_sound(&table, records, length)) {
-            let mut reader = BufReader::new(open(path)?.0);
-            reader.seek(SeekFrom::Start(start)).map_err(unreadable)?;
-            // It does not know the oldest way, which has no chunks.
-            if let Ok(points) = ParLasZipDecompressor::selective(reader, description.clone(), wanted) {
-                return Ok(Self::AtOnce(points));
-            }
-        }
-        reader.seek(SeekFrom::Start(start)).map_err(unreadable)?;
-        match LasZipDecompressor::selective(reader, description, wanted) {
-            Ok(points) => Ok(Self::InTurn(Box::new(points))),
-            Err(error) => Err(ModelError::damaged(path, Place::Byte(start), error.to_string())),
-        }
+/// Chunks that a table tells of, none of which is large: several are decompressed at once.
+struct Chunks<'a> {
+    path: &'a Path,
+    /// Where the first begins.
+    start: u64,
+    description: &'a LazVlr,
+    wanted: DecompressionSelection,
+    /// Bytes of a record.
+    bytes: usize,
+}
+
+/// Chunks that follow each other.
+struct Task {
+    /// Where the first begins, and the number of its first point.
+    at: u64,
+    first: u64,
+    chunks: Vec<ChunkTableEntry>,
+}
+
+impl Chunks<'_> {
+    fn read(&self, table: &ChunkTable, count: u64, take: impl Fn(&[u8]) + Sync) -> Result<(), ModelError> {
+        let tasks = self.tasks(table, count);
+        let Some((first, rest)) = tasks.split_first() else { return Ok(()) };
+        self.decompress(first, &mut Default::default(), &take)?;
+        let failed = rest
+            .par_iter()
+            .map_init(Default::default, |buffers, task| self.decompress(task, buffers, &take))
+            .find_map_first(Result::err);
+        failed.map_or(Ok(()), Err)
     }
 
-    /// Decompresses as many records as the block has room for.
-    pub(super) fn fill(&mut self, block: &mut [u8]) -> Result<(), String> {
-        match self {
-            Self::InTurn(points) => points.decompress_many(block).map_err(|error| error.to_string()),
-            Self::AtOnce(points) => points.decompress_many(block).map_err(|error| error.to_string()),
+    /// The chunks of `count` points.
+    fn tasks(&self, table: &ChunkTable, count: u64) -> Vec<Task> {
+        let mut tasks: Vec<Task> = Vec::new();
+        let (mut at, mut done) = (self.start, 0);
+        for chunk in table.as_ref() {
+            // The last one's number of points is not always told.
+            let points = chunk.point_count.min(count - done);
+            if points == 0 {
+                break;
+            }
+            let chunk = ChunkTableEntry { point_count: points, ..*chunk };
+            match tasks.last_mut().filter(|task| done - task.first < POINTS_A_TASK) {
+                Some(task) => task.chunks.push(chunk),
+                None => tasks.push(Task { at, first: done, chunks: vec![chunk] }),
+            }
+            at += chunk.byte_count;
+            done += points;
         }
+        tasks
+    }
+
+    fn decompress(
+        &self,
+        task: &Task,
+        (compressed, block): &mut (Vec<u8>, Vec<u8>),
+        take: &impl Fn(&[u8]),
+    ) -> Result<(), ModelError> {
+        let sum = |of: fn(&ChunkTableEntry) -> u64| task.chunks.iter().map(of).sum::<u64>() as usize;
+        compressed.resize(sum(|chunk| chunk.byte_count), 0);
+        block.resize(sum(|chunk| chunk.point_count) * self.bytes, 0);
+        let mut file = open(self.path)?.0;
+        let read = file.seek(SeekFrom::Start(task.at)).and_then(|_| file.read_exact(compressed));
+        let decompressed = read.map_err(LasZipError::from).and_then(|()| {
+            par_decompress_selective(compressed, block, self.description, &task.chunks, self.wanted)
+        });
+        decompressed.map_err(|error| {
+            let place = Place::Element(format!("point {}", task.first + 1));
+            ModelError::damaged(self.path, place, error.to_string())
+        })?;
+        take(block);
+        Ok(())
     }
 }
 

@@ -2,14 +2,13 @@
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::Path;
-
-use rayon::prelude::*;
 
 use super::header::{Element, Encoding, Header};
 use crate::object::model::error::{ModelError, Place};
-use crate::object::model::open;
 use crate::object::model::text::{Lines, Numbers, read_blocks};
+use crate::object::model::{POINTS_AT_ONCE, open};
 use crate::object::shape::{Point, Sink};
 
 /// Bytes of a block.
@@ -96,34 +95,41 @@ impl AsciiSource {
         let (mut file, _) = open(path)?;
         let sought = file.seek(SeekFrom::Start(header.bytes));
         sought.map_err(|source| ModelError::Unreadable { path: path.to_owned(), source })?;
-        let read = |first: u64, part: &[u8]| {
+        let first_line = header.lines + 1;
+        let read = |lines: Range<u64>, part: &[u8]| {
             let mut record = Record::default();
-            let mut points = Vec::new();
-            for (line, number) in part.split(|byte| *byte == b'\n').zip(first..) {
+            let (mut points, mut handed_on) = (Vec::with_capacity(POINTS_AT_ONCE), 0);
+            // No line has more than one element: where all lines so far are not too many, no point is.
+            let all_are_wanted = lines.end - first_line <= element.count;
+            for (line, number) in part.split(|byte| *byte == b'\n').zip(lines.start..) {
                 let line = line.trim_ascii_end();
                 if line.is_empty() {
                     continue;
                 }
                 match record.read_line(line, element, usize::MAX) {
                     Ok(()) => points.push(point(&record.numbers)),
-                    Err(what) => return (points, Some((number, what))),
+                    Err(what) => return (handed_on, points, Some((number, what))),
+                }
+                if all_are_wanted && points.len() == POINTS_AT_ONCE {
+                    sink.points(&points);
+                    handed_on += points.len() as u64;
+                    points.clear();
                 }
             }
-            (points, None)
+            (handed_on, points, None)
         };
         let mut left = element.count;
-        read_blocks(path, file, header.lines + 1, read, |parts| {
-            let mut wanted = Vec::new();
-            for (mut points, wrong) in parts {
+        read_blocks(path, file, first_line, read, |parts| {
+            for (handed_on, mut points, wrong) in parts {
+                left -= handed_on;
                 points.truncate(usize::try_from(left).unwrap_or(usize::MAX));
                 left -= points.len() as u64;
-                wanted.push(points);
                 // What stands behind the last element is of no concern.
                 if let (Some((number, what)), true) = (wrong, left > 0) {
                     return Err(ModelError::damaged(path, Place::Line(number), what));
                 }
+                sink.points(&points);
             }
-            wanted.par_iter().for_each(|points| sink.points(points));
             Ok(left > 0)
         })?;
         match left {
