@@ -4,6 +4,7 @@
 //! its place and its colour are needed. Colours have 16 bits; where those of the first points all are below 256 the file
 //! was written with 8 bits, as many are, and they are taken so.
 
+mod caught;
 mod compressed;
 
 use std::fs::File;

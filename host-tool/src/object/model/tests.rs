@@ -566,6 +566,11 @@ fn las_that_claims_more_than_its_bytes_is_refused() {
     assert!(super::tests::refused("a.las", scale).contains("no finite numbers"));
     let compressed = las(7, 50, 255, true);
     assert!(super::tests::refused("a.laz", &compressed[..compressed.len() / 2]).contains("a.laz"));
+    // Behind the table's place and the first point, what no compression writes.
+    let mut impossible = las(2, 50, 255, true);
+    let points = u32::from_le_bytes(*impossible[96..].first_chunk().unwrap()) as usize;
+    impossible[points + 8 + 26..][..4].fill(0xff);
+    assert!(super::tests::refused("a.laz", &impossible).contains("one of the points from 1 on: "));
 }
 
 proptest! {

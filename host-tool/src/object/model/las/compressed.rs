@@ -10,12 +10,12 @@ use std::path::Path;
 use las::raw::Header;
 use laz::laszip::{ChunkTable, ChunkTableEntry, LazItemType};
 use laz::{
-    DecompressionSelection, LasZipDecompressor, LasZipError, LazItemRecordBuilder, LazVlr,
-    par_decompress_selective,
+    DecompressionSelection, LasZipDecompressor, LazItemRecordBuilder, LazVlr, par_decompress_selective,
 };
 use rayon::prelude::*;
 
 use super::Records;
+use super::caught::caught;
 use crate::object::model::error::{ModelError, Place};
 use crate::object::model::open;
 
@@ -75,9 +75,9 @@ pub(super) fn read(
         return chunks.read(&table, records.count, take);
     }
     reader.seek(SeekFrom::Start(start)).map_err(unreadable)?;
-    let damaged = |error: LasZipError| ModelError::damaged(path, Place::Byte(start), error.to_string());
-    let mut points = LasZipDecompressor::selective(reader, description, wanted).map_err(damaged)?;
-    records.blocks(path, |block| points.decompress_many(block).map_err(|error| error.to_string()), take)
+    let mut points = caught(|| LasZipDecompressor::selective(reader, description, wanted))
+        .map_err(|what| ModelError::damaged(path, Place::Byte(start), what))?;
+    records.blocks(path, |block| caught(|| Ok(points.decompress_many(block)?)), take)
 }
 
 /// Chunks that a table tells of, none of which is large: several are decompressed at once.
@@ -141,15 +141,22 @@ impl Chunks<'_> {
         let sum = |of: fn(&ChunkTableEntry) -> u64| task.chunks.iter().map(of).sum::<u64>() as usize;
         compressed.resize(sum(|chunk| chunk.byte_count), 0);
         block.resize(sum(|chunk| chunk.point_count) * self.bytes, 0);
+        let damaged = |what: String| {
+            let place = Place::Element(format!("one of the points from {} on", task.first + 1));
+            ModelError::damaged(self.path, place, what)
+        };
         let mut file = open(self.path)?.0;
         let read = file.seek(SeekFrom::Start(task.at)).and_then(|_| file.read_exact(compressed));
-        let decompressed = read.map_err(LasZipError::from).and_then(|()| {
-            par_decompress_selective(compressed, block, self.description, &task.chunks, self.wanted)
-        });
-        decompressed.map_err(|error| {
-            let place = Place::Element(format!("point {}", task.first + 1));
-            ModelError::damaged(self.path, place, error.to_string())
-        })?;
+        read.map_err(|error| damaged(error.to_string()))?;
+        let (mut from, mut to) = (compressed.as_slice(), block.as_mut_slice());
+        for chunk in &task.chunks {
+            let (own, rest) = from.split_at(chunk.byte_count as usize);
+            let (points, other) = to.split_at_mut(chunk.point_count as usize * self.bytes);
+            let chunk = std::slice::from_ref(chunk);
+            let done = caught(|| par_decompress_selective(own, points, self.description, chunk, self.wanted));
+            done.map_err(damaged)?;
+            (from, to) = (rest, other);
+        }
         take(block);
         Ok(())
     }
