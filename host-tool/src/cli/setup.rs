@@ -31,7 +31,10 @@ pub(super) struct Explain {
 #[command(after_help = "\
 Examples:
   vitrine completions bash > ~/.local/share/bash-completion/completions/vitrine
-  vitrine completions zsh > ~/.zfunc/_vitrine")]
+  vitrine completions zsh > ~/.zfunc/_vitrine
+
+It completes commands, options and the values that are always the same, not what only a build or a controller knows: names of \
+views, serial numbers.")]
 pub(super) struct Completions {
     /// The shell.
     shell: Shell,

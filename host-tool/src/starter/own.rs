@@ -48,13 +48,15 @@ pub struct OwnPictures {
 /// Fails when the folder cannot be read, holds no picture or more than a plan holds views, and when a picture is damaged.
 pub fn own_pictures(folder: &Path) -> Result<OwnPictures, StarterError> {
     let unreadable = |source| StarterError::Unreadable { path: folder.to_owned(), source };
-    let (mut paths, mut left_out) = (Vec::new(), Vec::new());
+    let (mut paths, mut left_out, mut folder_within) = (Vec::new(), Vec::new(), None);
     for entry in std::fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
         let name = file_name(&path);
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-        if name.starts_with('.') || path.is_dir() {
+        if name.starts_with('.') {
             continue;
+        } else if path.is_dir() {
+            folder_within = Some(plain::name(&name).into_owned());
         } else if path.is_file() && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())) {
             paths.push(path);
         } else {
@@ -67,9 +69,10 @@ pub fn own_pictures(folder: &Path) -> Result<OwnPictures, StarterError> {
         return Err(StarterError::PictureCount {
             path: folder.to_owned(),
             found: paths.len(),
-            left_out: match left_out.first() {
-                Some(name) => format!(" (and {} other files such as {name})", left_out.len()),
-                None => String::new(),
+            left_out: match (left_out.first(), folder_within) {
+                (Some(name), _) => format!(" (and {} other files such as {name})", left_out.len()),
+                (None, Some(name)) => format!(" (folders such as {name} are not looked into)"),
+                (None, None) => String::new(),
             },
             most: MAX_VIEWS,
         });
@@ -257,6 +260,10 @@ mod tests {
         );
         let none = own_pictures(folder_of(&["film.mp4"]).path()).unwrap_err().to_string();
         assert!(none.contains("0 pictures (and 1 other files such as film.mp4)"), "{none}");
+        let around = tempfile::tempdir().unwrap();
+        std::fs::create_dir(around.path().join("photos")).unwrap();
+        let none = own_pictures(around.path()).unwrap_err().to_string();
+        assert!(none.contains("0 pictures (folders such as photos are not looked into)"), "{none}");
     }
 
     #[test]
