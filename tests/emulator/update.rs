@@ -161,13 +161,14 @@ fn send(bench: &mut Bench, host: &mut Host, image: &[u8]) -> Result<Response, Re
         host.patiently(bench, &Request::UploadChunk { offset: (index * MAX_CHUNK) as u32, bytes })
             .expect("power");
     }
-    loop {
-        // Verified once, and put off until the watchdog was fed.
-        match host.ask(bench, &Request::CommitUpload { crc }) {
-            Err(refusal) if let Some(retry) = refusal.retry() => bench.run(u64::from(retry.0) * MILLISECOND),
-            reply => return reply,
-        };
+    // Verified once, and put off until the watchdog was fed.
+    let mut reply = host.ask(bench, &Request::CommitUpload { crc });
+    for _ in 0..20 {
+        let Err(Some(retry)) = reply.as_ref().map_err(Refusal::retry) else { break };
+        bench.run(u64::from(retry.0) * MILLISECOND);
+        reply = host.ask(bench, &Request::CommitUpload { crc });
     }
+    reply
 }
 
 #[test]
