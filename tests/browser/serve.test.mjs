@@ -114,7 +114,8 @@ describe("the page", () => {
     await unlock(token);
     await page.getByRole("button", { name: "Hold cat" }).click();
     await page.getByText("cat is held for 10 min").waitFor();
-    await page.waitForFunction(() => document.getElementById("rows").textContent.includes("cat (asked for"));
+    await page.waitForFunction(() => document.getElementById("rows").textContent.includes("viewcat"));
+    assert.match(await row(page, "asked for").innerText(), /^hold, dark or open, for another \d+ s/);
     await page.getByRole("button", { name: "Dark for an hour" }).click();
     await row(page, "dark").waitFor();
     await page.getByRole("button", { name: "Release" }).click();
