@@ -97,10 +97,13 @@ fn design_about(
     if let Some(fixed) = fixed {
         fixed.put_into(&mut volume);
     }
+    if let Some(levels) = request.settings.levels {
+        halftone::halftone(request, &mut volume, fixed, levels, report);
+    }
     Ok((finish(request, volume, report)?, lighting))
 }
 
-/// Finds the lamps for a volume that is given, and measures what it shows beside the patterns.
+/// Finds the lamps for a volume that is given in what the printer lays, and measures what it shows beside the patterns.
 ///
 /// # Errors
 /// As [`design`].
@@ -119,9 +122,6 @@ fn finish(
     mut volume: Volume,
     report: &mut dyn FnMut(Progress),
 ) -> Result<Design, DesignError> {
-    if let Some(levels) = request.settings.levels {
-        halftone::halftone(request, &mut volume, levels, report);
-    }
     volume.quantise(request.settings.ink_depth);
     request.go_on()?;
     report(Progress::at("measuring the views", 0, 1));

@@ -25,7 +25,7 @@ pub(crate) use manifest::portable_name;
 pub use manifest::{FORMAT, LAYOUT, Manifest};
 pub use read::{BuildFolder, Films, OpenError};
 pub use report::{Figures, InSmall, Report, ViewReport};
-pub use strips::{GrowingFilms, GrownFilms, growing_place};
+pub use strips::{GrowingFilms, GrownFilms, growing_place, strip_bytes};
 pub use turn::{Turn, Turned, turn};
 pub(crate) use whole::try_beside;
 pub use whole::{INTERRUPTED, Interrupt, WholeFolder, clean_up_on_interrupt, try_file, write_file};

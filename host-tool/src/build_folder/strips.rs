@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::films::{FilmRows, film_name};
 use super::read::OpenError;
-use crate::deflate::{Deflater, Stream};
+use crate::deflate::{Deflater, Piece, Stream};
 use crate::volume::{CHANNELS, InkDepth, Volume};
 
 /// The films of a design by strips while they grow.
@@ -114,8 +114,7 @@ impl GrowingFilms {
     /// When it cannot be written; then the films can still be gone on with.
     pub fn push(&mut self, strip: &Volume) -> io::Result<()> {
         let ends = self.ends.par_iter().enumerate().map(|(film, end)| {
-            let rows = filtered(strip, film, self.depth);
-            let piece = Deflater::new().piece(&rows);
+            let piece = compressed(strip, film, self.depth);
             let mut stream = match self.strips {
                 0 => Stream::new(),
                 _ => Stream::following(end.adler),
@@ -227,6 +226,16 @@ fn journal_lines(text: &str, fingerprint: &str, films: usize) -> (usize, Option<
         Some(ends) => (count - 1, Some(ends), bytes),
         None => (0, None, 0),
     }
+}
+
+/// Bytes that a strip adds to all films.
+pub fn strip_bytes(strip: &Volume, depth: InkDepth) -> usize {
+    let added = |film: usize| chunk(*b"IDAT", &[]).len() + compressed(strip, film, depth).compressed_len();
+    (0..strip.films()).into_par_iter().map(added).sum()
+}
+
+fn compressed(strip: &Volume, film: usize, depth: InkDepth) -> Piece {
+    Deflater::new().piece(&filtered(strip, film, depth))
 }
 
 /// The rows of one film as PNG has them before compression, each less the pixel to its left (filter 1).

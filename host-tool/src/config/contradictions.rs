@@ -39,12 +39,6 @@ pub(super) fn find(exhibit: &Exhibit, root: &DeTable<'_>, problems: &mut Problem
         let help = "leave `adapt` out where there is an [object]";
         problems.push(contradiction(places.key("design", "adapt"), message.to_owned(), help));
     }
-    if exhibit.object.is_some() && exhibit.print.levels.is_some() {
-        let message = "`levels` chooses ink anew everywhere, and an object's ink is what its model says";
-        let help =
-            "leave `levels` out where there is an [object], and let `halftone` in [print] lay out the dots";
-        problems.push(contradiction(places.key("print", "levels"), message.to_owned(), help));
-    }
 }
 
 /// A design that gives weak inks more, and sheets that give strong ones less, make the weak ones too bright.

@@ -8,6 +8,7 @@
 
 use rayon::prelude::*;
 
+use super::fixed::FixedInk;
 use super::optimise::{Lighting, design_weights, set_up};
 use super::request::{DesignRequest, Method, Progress};
 use super::result::{Design, ViewDesign};
@@ -16,10 +17,11 @@ use crate::picture::Picture;
 use crate::volume::Volume;
 
 /// Brings every voxel of `volume` to one of `levels` evenly spaced values from 0 to 1, so that the views of
-/// `request` come nearest to their patterns, or for Eq. 1 to what they show.
+/// `request` come nearest to their patterns, or for Eq. 1 to what they show. What is `fixed` has such values already and keeps them.
 pub(super) fn halftone(
     request: &DesignRequest,
     volume: &mut Volume,
+    fixed: Option<&FixedInk>,
     levels: u16,
     report: &mut dyn FnMut(Progress),
 ) {
@@ -33,7 +35,7 @@ pub(super) fn halftone(
             gains.map(|(view, gain)| shown(&design.projection(request, view), gain)).collect()
         }
     };
-    let problem = set_up(request, &targets, &lighting(request, &design), None);
+    let problem = set_up(request, &targets, &lighting(request, &design), fixed);
     let emission = request.emission();
     let steps = f32::from(levels.max(2) - 1);
     let glows: Vec<f32> =
@@ -122,7 +124,7 @@ mod tests {
             let mut request = request(Method::LeastSquares, OpticsModel::Stack);
             request.stack.ink_absorbance = ink_absorbance;
             let mut volume = volume(&request);
-            halftone(&request, &mut volume, levels, &mut |_| ());
+            halftone(&request, &mut volume, None, levels, &mut |_| ());
             for value in volume.values() {
                 let step = value * f32::from(levels - 1);
                 assert!((step - step.round()).abs() < 1e-5, "{value} is none of {levels} levels");
@@ -139,7 +141,7 @@ mod tests {
             let steps = f32::from(levels - 1);
             rounded.values_mut().iter_mut().for_each(|value| *value = (*value * steps).round() / steps);
             let mut joint = given.clone();
-            halftone(&request, &mut joint, levels, &mut |_| ());
+            halftone(&request, &mut joint, None, levels, &mut |_| ());
             let (joint, rounded) = (loss(&request, &joint, &given), loss(&request, &rounded, &given));
             assert!(joint < 0.5 * rounded, "{levels} levels: {joint} against {rounded}");
         }
@@ -155,7 +157,7 @@ mod tests {
             wanted.settings = wanted.settings.expecting(errors);
             let (mut volume, _) = super::super::joint::solve(&wanted, None, &[], &mut |_| ());
             wanted.settings = wanted.settings.expecting(expected);
-            halftone(&wanted, &mut volume, 2, &mut |_| ());
+            halftone(&wanted, &mut volume, None, 2, &mut |_| ());
             wanted.settings = wanted.settings.expecting(errors);
             let pairs: Vec<_> =
                 Design::of(&wanted, volume.clone()).views.iter().map(|view| view.emphasis).collect();

@@ -158,6 +158,12 @@ impl Problem {
         }
     }
 
+    /// Whether the voxel of a film at `pixel` (row, column) stays as it is.
+    fn is_fixed(&self, film: usize, pixel: usize) -> bool {
+        let at = film * self.height * self.width + pixel;
+        self.fixed.as_ref().is_some_and(|fixed| fixed[at])
+    }
+
     /// Steps of the films where every pixel's curvature is 1.
     fn film_steps(&self) -> Vec<f32> {
         let step = |film: usize| {

@@ -9,6 +9,7 @@ mod around;
 mod fill;
 mod hidden;
 mod layers;
+mod levels;
 mod model;
 mod placement;
 mod shape;

@@ -197,7 +197,7 @@ fn lay(model: &Model, settings: &ObjectSettings, stack: &Stack) -> Result<Laid, 
 mod tests {
     use super::*;
     use crate::config::CentreSetting;
-    use crate::object::model::tests::las;
+    use crate::object::model::las::tests::las;
     use crate::optics::Direction;
     use crate::projection::ViewerDistance;
 

@@ -9,6 +9,7 @@ use crate::projection::{ViewerDistance, project};
 use crate::stack::Stack;
 use crate::volume::{CHANNELS, Volume};
 
+use super::levels;
 use super::slice::Sliced;
 
 /// The percentile of an object's lit pixels that is white where the object is shown alone.
@@ -21,6 +22,8 @@ pub struct Shown {
     /// What white is for pictures around the object: the light of full ink on so many films.
     white_films: f32,
     volume: Volume,
+    /// The same in the printer's levels, where it knows few.
+    printed: Option<Volume>,
     /// Whether each voxel (film, row, column) belongs to the object.
     voxels: Vec<bool>,
 }
@@ -31,17 +34,22 @@ impl Shown {
         let stack = exhibit.film_stack();
         let (volume, voxels) = (sliced.layers.volume(exhibit.tone()), sliced.layers.occupied());
         let white_films = (exhibit.design.brightness * stack.films as f64) as f32;
-        Self { tone: exhibit.tone(), white_films, volume, voxels, stack }
+        let printed = exhibit.print.levels.map(|levels| {
+            let mut printed = volume.clone();
+            levels::lay(&mut printed, &voxels, levels);
+            printed
+        });
+        Self { tone: exhibit.tone(), white_films, volume, printed, voxels, stack }
     }
 
-    /// The ink alone.
+    /// The ink alone, as it is printed.
     pub fn into_volume(self) -> Volume {
-        self.volume
+        self.printed.unwrap_or(self.volume)
     }
 
-    /// The ink, to be held while pictures are designed around it.
+    /// The ink as it is printed, to be held while pictures are designed around it.
     pub fn into_fixed(self) -> Option<FixedInk> {
-        FixedInk::new(self.volume, &self.voxels)
+        FixedInk::new(self.printed.unwrap_or(self.volume), &self.voxels)
     }
 
     /// What the object alone shows without absorption, as sRGB code values; the 99th percentile of what is lit is

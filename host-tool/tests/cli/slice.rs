@@ -217,3 +217,35 @@ fn an_objects_films_are_printed_with_as_much_ink_as_was_said() {
         }
     }
 }
+
+#[test]
+fn an_objects_films_hold_the_printers_levels_alone_and_with_pictures_around_it() {
+    let workshop = Workshop::new();
+    workshop.write("cloud.xyz", cloud(2000));
+    let object = "[object]\nmodel = \"cloud.xyz\"\nunit_mm = 1.0\ncentre = \"origin\"\n[print]\nlevels = 2\n";
+    let (head, views) = SMALL.split_once("[[view]]").unwrap();
+    workshop.write("alone.toml", format!("{head}{object}"));
+    workshop.write("around.toml", format!("{head}{object}[[view]]{views}"));
+    let films = |exhibit: &str| -> Vec<image::RgbImage> {
+        workshop.succeed(&["design", exhibit, "-o", "build"]);
+        let film = |film: usize| workshop.path(&format!("build/films/film-{film:02}.png"));
+        (1..=8).map(|number| image::open(film(number)).unwrap().to_rgb8()).collect()
+    };
+    let (alone, around) = (films("alone.toml"), films("around.toml"));
+    let full = |films: &[image::RgbImage]| -> usize {
+        let values = films.iter().flat_map(|film| film.as_raw());
+        assert!(values.clone().all(|value| [0, 255].contains(value)));
+        values.filter(|value| **value == 255).count()
+    };
+    // 1,800 points, of 100 to 119 of 255 in red and green and of 200 in blue.
+    let wanted = 1800.0 * (2.0 * 109.0 + 200.0) / 255.0;
+    let ratio = full(&alone) as f64 / wanted;
+    assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
+    assert!(full(&around) > 2 * full(&alone));
+    // What the object has stays.
+    for (alone, around) in alone.iter().zip(&around) {
+        for (own, other) in alone.pixels().zip(around.pixels()).filter(|(own, _)| own.0 != [0; 3]) {
+            assert_eq!(own, other);
+        }
+    }
+}

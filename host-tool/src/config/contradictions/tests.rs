@@ -57,17 +57,6 @@ fn agrees(text: &str) {
 }
 
 #[test]
-fn levels_that_would_change_an_objects_ink_are_refused() {
-    std::fs::write(FOLDER.path().join("a.xyz"), "0 0 0\n").unwrap();
-    contradicts(
-        "[object]\nmodel = \"a.xyz\"\n[print]\nlevels = 4\n",
-        4,
-        "an object's ink is what its model says",
-    );
-    agrees("[object]\nmodel = \"a.xyz\"\n[print]\nhalftone = \"blue-noise\"\n");
-}
-
-#[test]
 fn inks_that_are_balanced_by_the_design_and_on_the_sheets_are_refused() {
     let text = "[stack]\nink_yields = [0.43, 0.85, 0.89]\n";
     contradicts(text, 2, "the inks are balanced twice");

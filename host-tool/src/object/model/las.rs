@@ -6,6 +6,8 @@
 
 mod caught;
 mod compressed;
+#[cfg(test)]
+pub(in crate::object) mod tests;
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};

@@ -6,7 +6,7 @@
 mod beside;
 mod error;
 mod gltf;
-mod las;
+pub(super) mod las;
 mod obj;
 mod ply;
 mod stl;
@@ -14,7 +14,7 @@ mod text;
 mod xyz;
 
 #[cfg(test)]
-pub(super) mod tests;
+mod tests;
 
 use std::fs::File;
 use std::io::Read;

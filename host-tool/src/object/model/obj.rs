@@ -134,6 +134,12 @@ impl Obj {
             notes.push("the model has no faces: its vertices are taken as points".to_owned());
             mesh.vertices.chunks(super::POINTS_AT_ONCE).for_each(|points| sink.points(points));
         }
+        if mesh.lost_places > 0 {
+            notes.push(format!(
+                "{} corners name places in a texture that are not there: they take its upper left corner",
+                mesh.lost_places
+            ));
+        }
         if let Some(name) = unknown.filter(|_| !self.materials.is_empty()) {
             notes.push(format!("there is no material {name}: what has it is white"));
         } else if self.materials.is_empty() && !mesh.coloured {
@@ -151,6 +157,8 @@ struct Mesh {
     texture_places: Vec<[f32; 2]>,
     faces: u64,
     points: u64,
+    /// Corners whose place in the texture is not there.
+    lost_places: u64,
 }
 
 impl Mesh {
@@ -182,18 +190,28 @@ impl Mesh {
     fn face(&mut self, rest: &str, material: Option<&Material>) -> Result<Vec<Corner>, String> {
         self.faces += 1;
         let light = material.map_or([1.0; 3], |material| material.light);
+        let mut lost = 0;
         let corner = |word: &str| -> Result<Corner, String> {
             let mut indices = word.split('/');
             let vertex = *item(&self.vertices, indices.next().unwrap_or_default(), "vertex")?;
             let texture = match indices.next().filter(|index| !index.is_empty()) {
-                Some(index) => *item(&self.texture_places, index, "vt")?,
+                Some(index) => match item(&self.texture_places, index, "vt") {
+                    Ok(place) => *place,
+                    Err(what) if index.parse::<i64>().is_err() => return Err(what),
+                    Err(_) => {
+                        lost += 1;
+                        [0.0; 2]
+                    }
+                },
                 None => [0.0; 2],
             };
             let own = Corner::of(vertex.position, vertex.colour);
             let light = [0, 1, 2].map(|channel| own.light[channel] * light[channel]);
             Ok(Corner { light, texture, ..own })
         };
-        rest.split_ascii_whitespace().map(corner).collect()
+        let corners = rest.split_ascii_whitespace().map(corner).collect();
+        self.lost_places += lost;
+        corners
     }
 
     fn points(&mut self, rest: &str) -> Result<Vec<Point>, String> {

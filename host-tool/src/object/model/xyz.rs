@@ -94,6 +94,11 @@ fn columns(path: &Path, file: &File) -> Result<Columns, ModelError> {
             Err(what) => return Err(damaged(path, number, what)),
             Ok(count) => count,
         };
+        if found.is_none() && has_decimal_commas(line) {
+            let what =
+                "has commas within or between numbers that blanks part as well: write 0.5 instead of 0,5";
+            return Err(damaged(path, number, what.to_owned()));
+        }
         let columns = *found.get_or_insert(Columns { count, first_line: number, full: 1.0 });
         let colours = numbers.iter().take(count.min(columns.colours() + 3)).skip(columns.colours());
         largest = colours.copied().fold(largest, f64::max);
@@ -107,6 +112,14 @@ fn columns(path: &Path, file: &File) -> Result<Columns, ModelError> {
     }
     let full = if largest > 0.0 && largest <= 1.0 { 255.0 } else { 1.0 };
     Ok(Columns { full, ..columns })
+}
+
+/// Whether commas stand between digits although blanks or semicolons part numbers.
+fn has_decimal_commas(line: &[u8]) -> bool {
+    let line = line.trim_ascii();
+    let within = |three: &[u8; 3]| three[0].is_ascii_digit() && three[1] == b',' && three[2].is_ascii_digit();
+    let parts = |two: &[u8; 2]| two[0].is_ascii_digit() && (two[1] == b';' || two[1].is_ascii_whitespace());
+    line.array_windows().any(within) && line.array_windows().any(parts)
 }
 
 /// Reads the numbers of a line; returns how many there are, at most [`MOST_NUMBERS`] being looked at.

@@ -87,6 +87,9 @@ impl Work<'_> {
             for step in 0..width {
                 let column = if row % 2 == 0 { step } else { width - 1 - step };
                 let at = row * width + column;
+                if self.problem.is_fixed(film, at) {
+                    continue;
+                }
                 let value = &mut self.ahead[(row * self.problem.films + film) * width + column];
                 let stiffness = bend.own(curvatures[at]);
                 let best = if stiffness > 0.0 { *value - slopes[at] / stiffness } else { *value };

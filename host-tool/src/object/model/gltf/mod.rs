@@ -24,6 +24,10 @@ use buffers::Loaded;
 
 /// Extensions that hide the shape, with what to do.
 const COMPRESSIONS: [&str; 2] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression"];
+/// Extensions that hide the pictures of textures.
+const PICTURES: [&str; 2] = ["KHR_texture_basisu", "MSFT_texture_dds"];
+/// The index of what a document does not name.
+const NOT_NAMED: usize = u32::MAX as usize;
 /// How deep nodes may lie within each other.
 const DEEPEST: usize = 256;
 
@@ -53,6 +57,14 @@ impl Gltf {
                 help: "export the model again without compression",
             });
         }
+        if let Some(name) = root.extensions_required.iter().find(|name| PICTURES.contains(&name.as_str())) {
+            return Err(ModelError::Damaged {
+                path: path.to_owned(),
+                place: Place::Element("extensionsRequired".to_owned()),
+                what: format!("the textures are compressed by {name}"),
+                help: "export the model again with PNG or JPEG pictures",
+            });
+        }
         let mut model =
             Self { path: path.to_owned(), root, buffers, textures: HashMap::new(), files, notes: Vec::new() };
         model.read_textures()?;
@@ -65,6 +77,13 @@ impl Gltf {
             self.root.materials.iter().filter_map(|material| self.image_of(material)).collect();
         for image in wanted {
             if self.textures.contains_key(&image) {
+                continue;
+            }
+            if image == NOT_NAMED {
+                let note = "a texture has no picture in a format that is known: its colours are left out";
+                if !self.notes.iter().any(|told| told == note) {
+                    self.notes.push(note.to_owned());
+                }
                 continue;
             }
             if let Some(texture) = buffers::texture(self, image)? {
