@@ -1,22 +1,21 @@
 //! The tables of exhibit.toml: their keys, defaults and bounds.
 
-use std::collections::HashMap;
-use std::ops::Range;
-use std::path::{Path, PathBuf};
+mod lamps;
+mod views;
 
-use toml::de::{DeTable, DeValue};
-use vitrine_exhibit::limits;
-use vitrine_exhibit::plan::{MAX_CURVE, MAX_VIEWS};
-use vitrine_exhibit::units::{Dose, Irradiance, Milliseconds};
+use std::path::Path;
 
+use toml::de::DeValue;
+
+pub(super) use self::lamps::{lamps, limits};
+pub(super) use self::views::{Surroundings, views};
 use super::exhibit::{
-    BelowFloorSetting, DesignSettings, FrameSetting, LampSetting, LampSettings, LimitSettings, MethodSetting,
-    OpticsSetting, PrintSettings, StackSettings, ToneSetting, ViewSettings, ViewerSettings,
+    DesignSettings, FrameSetting, MethodSetting, OpticsSetting, PrintSettings, StackSettings, ToneSetting,
+    ViewerSettings,
 };
-use super::problem::{Problem, Problems};
-use super::reader::{Bounds, TableReader, as_number, as_whole, closest};
+use super::problem::Problems;
+use super::reader::{Bounds, TableReader, as_number, as_whole};
 use super::{ink, materials};
-use crate::picture::Picture;
 use crate::print::Paper;
 use crate::stack::MOST_VOXELS_IN_MEMORY;
 
@@ -26,16 +25,9 @@ pub const MOST_VOXELS: u64 = MOST_VOXELS_IN_MEMORY as u64;
 const MOST_ON_DISK: u64 = 64_000_000_000;
 /// The longest name the plan holds, in bytes.
 pub const LONGEST_NAME: usize = 48;
-/// The longest view id the plan holds, in bytes.
-const LONGEST_ID: usize = 24;
 
 const TRANSMITTANCE: Bounds =
     Bounds { least: 0.01, most: 1.0, reason: "it is the part of the light that passes" };
-const ANGLE: Bounds = Bounds {
-    least: -80.0,
-    most: 80.0,
-    reason: "0 looks straight at the film; positive is to the right, or above; beyond 80 the films are seen edge-on",
-};
 
 const fn bounds(least: f64, most: f64, reason: &'static str) -> Bounds {
     Bounds { least, most, reason }
@@ -263,184 +255,6 @@ fn memory_mib(reader: &mut TableReader<'_>) -> Option<u32> {
     Some(reader.whole("memory_mib", 0, range))
 }
 
-/// What views stand in: pictures are looked for in `folder`, and the tables hold for all views.
-#[derive(Clone, Copy)]
-pub(super) struct Surroundings<'a> {
-    pub(super) folder: &'a Path,
-    pub(super) stack: &'a StackSettings,
-    pub(super) viewer: &'a ViewerSettings,
-    pub(super) design: &'a DesignSettings,
-    /// Whether there is something to show without a picture.
-    pub(super) has_object: bool,
-}
-
-/// All `[[view]]` tables.
-pub(super) fn views(
-    entries: Vec<(Range<usize>, &DeTable<'_>)>,
-    surroundings: Surroundings<'_>,
-    problems: &mut Problems,
-) -> Vec<ViewSettings> {
-    let mut seen = HashMap::new();
-    let mut views: Vec<ViewSettings> = Vec::new();
-    for (index, (span, table)) in entries.into_iter().enumerate() {
-        if index == MAX_VIEWS {
-            let message = format!("there are more than {index} views");
-            let help = format!("the controller's plan holds {index} views: leave the rest out");
-            problems.push(Problem::new(
-                "vitrine::config::too_many_views",
-                span.clone(),
-                message,
-                "one too many",
-                help,
-            ));
-        }
-        let reader = TableReader::new("[[view]]", Some(table), span.clone());
-        let Some(view) = view(reader, surroundings, &mut seen, problems) else { continue };
-        if let Some(other) = views.iter().find(|other| cannot_be_pages(other, &view)) {
-            problems.push(Problem::new(
-                "vitrine::config::same_direction",
-                span,
-                format!("the views `{}` and `{}` have the same direction", other.id, view.id),
-                "this view",
-                "give one of the two `lamp = \"top\"` and the other `lamp = \"bottom\"`: the controller then turns \
-                 them like pages; a third view needs a direction of its own",
-            ));
-        }
-        views.push(view);
-    }
-    views
-}
-
-/// Two views in one direction are told apart by their lamps alone.
-fn cannot_be_pages(one: &ViewSettings, other: &ViewSettings) -> bool {
-    // The plan keeps hundredths of a degree.
-    let direction = |view: &ViewSettings| {
-        [view.horizontal_deg, view.vertical_deg].map(|degrees| (degrees * 100.0).round() as i32)
-    };
-    let apart = one.lamp.is_some() && other.lamp.is_some() && one.lamp != other.lamp;
-    direction(one) == direction(other) && !apart
-}
-
-fn view(
-    mut reader: TableReader<'_>,
-    surroundings: Surroundings<'_>,
-    seen: &mut HashMap<String, Range<usize>>,
-    problems: &mut Problems,
-) -> Option<ViewSettings> {
-    let id = view_id(&mut reader, seen);
-    let pattern = view_picture(&mut reader, "pattern", surroundings.folder);
-    if pattern.is_none() && !surroundings.has_object {
-        report_missing(&mut reader, "pattern", "pattern = \"photo.jpg\"");
-    }
-    let horizontal_deg = reader.number("horizontal_deg", 0.0, ANGLE);
-    let vertical_deg = reader.number("vertical_deg", 0.0, ANGLE);
-    let weight = reader.number("weight", 1.0, bounds(0.01, 100.0, "1 is the weight of an ordinary view"));
-    let distance_mm = distance(&mut reader, surroundings.stack, surroundings.viewer.distance_mm);
-    let mask = view_picture(&mut reader, "mask", surroundings.folder);
-    let lamp = view_lamp(&mut reader, surroundings.design.optics);
-    reader.finish(problems);
-    Some(ViewSettings { id: id?, pattern, horizontal_deg, vertical_deg, weight, distance_mm, mask, lamp })
-}
-
-/// `lamp = "top"` or `"bottom"`; left out, the view has the pair that shows it best.
-fn view_lamp(reader: &mut TableReader<'_>, optics: OpticsSetting) -> Option<LampSetting> {
-    let span = reader.raw("lamp")?.span();
-    let lamp = reader.choice("lamp", &[("top", LampSetting::Top), ("bottom", LampSetting::Bottom)]);
-    if optics == OpticsSetting::Ideal {
-        let message = "`lamp` in [[view]] does nothing where `optics` in [design] is \"ideal\"".to_owned();
-        let help = "leave it out, or set optics = \"stack\": only films that absorb tell the lamps apart";
-        reader.report_value(span, message, help);
-    }
-    lamp
-}
-
-/// An id becomes a file name, so it is held to characters that every system takes.
-fn view_id(reader: &mut TableReader<'_>, seen: &mut HashMap<String, Range<usize>>) -> Option<String> {
-    let Some(text) = reader.text("id") else {
-        report_missing(reader, "id", "id = \"front\"");
-        return None;
-    };
-    let id = text.value;
-    let plain = id.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
-    if id.is_empty() || id.len() > LONGEST_ID || !plain || id.starts_with('-') {
-        let help =
-            format!("an id becomes a file name: use 1 to {LONGEST_ID} letters, digits, - or _, not - first");
-        reader.report(Problem::new(
-            "vitrine::config::bad_id",
-            text.span,
-            format!("`{id}` is no id for a view"),
-            "here",
-            help,
-        ));
-        return None;
-    }
-    // Some file systems do not tell upper from lower case.
-    if let Some(first) = seen.insert(id.to_lowercase(), text.span.clone()) {
-        reader.report(Problem::new(
-            "vitrine::config::duplicate_id",
-            text.span,
-            format!("two views have the id `{id}`"),
-            format!("also at byte {}", first.start),
-            "give every view an id of its own",
-        ));
-        return None;
-    }
-    Some(id.to_owned())
-}
-
-/// The path of a picture that can be read, relative to `folder`, if the key is there.
-fn view_picture(reader: &mut TableReader<'_>, key: &'static str, folder: &Path) -> Option<PathBuf> {
-    let text = reader.text(key)?;
-    let path = PathBuf::from(text.value);
-    let found = folder.join(&path);
-    if let Err(error) = Picture::check(&found) {
-        let help = match most_like(&found) {
-            Some(other) if !found.exists() => format!("did you mean \"{other}\"?"),
-            _ => "give the path of a whole PNG, JPEG, TIFF or WebP picture, relative to exhibit.toml"
-                .to_owned(),
-        };
-        reader.report(Problem::new(
-            "vitrine::config::bad_picture",
-            text.span,
-            error.to_string(),
-            "this picture",
-            help,
-        ));
-        return None;
-    }
-    Some(path)
-}
-
-/// The name of the file most like `path` in its folder, where one is like it.
-fn most_like(path: &Path) -> Option<String> {
-    let wanted = path.file_name()?.to_str()?;
-    let entries = std::fs::read_dir(
-        path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")),
-    )
-    .ok()?;
-    let names: Vec<String> = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();
-    let in_lower_case: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();
-    let candidates: Vec<&str> = in_lower_case.iter().map(String::as_str).collect();
-    let like = closest(wanted, &candidates)?;
-    names.into_iter().find(|name| name.to_lowercase() == like)
-}
-
-/// Notes a missing key, once: a key of the wrong type has been reported already.
-fn report_missing(reader: &mut TableReader<'_>, key: &'static str, example: &str) {
-    if reader.raw(key).is_some() {
-        return;
-    }
-    let message = format!("[[view]] has no `{key}`");
-    let span = reader.span();
-    reader.report(Problem::new(
-        "vitrine::config::missing_key",
-        span,
-        message,
-        "this view",
-        format!("add `{example}`"),
-    ));
-}
-
 /// `[print]`; its file of curves is looked for in `folder`.
 pub(super) fn print(mut reader: TableReader<'_>, folder: &Path, problems: &mut Problems) -> PrintSettings {
     let dpi = bounds(72.0, 50_000.0, "the paper's printer has 5760 x 1440");
@@ -505,104 +319,4 @@ fn levels(reader: &mut TableReader<'_>) -> Option<u16> {
             None
         }
     }
-}
-
-/// `[lamps]`.
-pub(super) fn lamps(mut reader: TableReader<'_>, problems: &mut Problems) -> LampSettings {
-    let (hardware, firmware) = (watts(limits::HARDWARE_CEILING), watts(limits::CEILING));
-    let irradiance = bounds(0.01, hardware, "the sense resistors hold a lamp to 50 W/m2");
-    let ceiling = bounds(0.01, firmware, "the firmware cuts above 20 W/m2");
-    let below_floor = reader
-        .choice("below_floor", &[("cut", BelowFloorSetting::Cut), ("dither", BelowFloorSetting::Dither)]);
-    let settings = LampSettings {
-        irradiance_w_m2: reader.number("irradiance_w_m2", 10.0, irradiance),
-        ceiling_w_m2: reader.number("ceiling_w_m2", 10.0, ceiling),
-        calibration: calibration(&mut reader),
-        below_floor: below_floor.unwrap_or(BelowFloorSetting::Cut),
-        ultraviolet_at_full_w_m2: ultraviolet_at_full(&mut reader),
-    };
-    reader.finish(problems);
-    settings
-}
-
-/// `ultraviolet_at_full_w_m2 = [top, bottom]`, or `"not measured"`.
-fn ultraviolet_at_full(reader: &mut TableReader<'_>) -> Option<[f64; 2]> {
-    const KEY: &str = "ultraviolet_at_full_w_m2";
-    const WANTED: &str = "what the sensor reads under each lamp alone, [top, bottom], or \"not measured\"";
-    let value = reader.raw(KEY)?;
-    if value.get_ref().as_str() == Some("not measured") {
-        return None;
-    }
-    let readings: Option<Vec<f64>> = value
-        .get_ref()
-        .as_array()
-        .and_then(|pair| pair.iter().map(|reading| as_number(reading.get_ref())).collect());
-    let Some(Ok(pair)) = readings.map(<[f64; 2]>::try_from) else {
-        reader.report_type(KEY, value, WANTED);
-        return None;
-    };
-    // The plan keeps mW/m2, and a reading of nothing cannot be held against a lamp.
-    let range =
-        bounds(0.001, watts(limits::HARDWARE_CEILING), "read it at commissioning, one lamp at a time");
-    let checked = pair.map(|reading| reader.check_number(KEY, reading, value.span(), range));
-    checked.iter().all(Option::is_some).then_some(pair)
-}
-
-fn watts(irradiance: Irradiance) -> f64 {
-    f64::from(irradiance.0) / 1000.0
-}
-
-fn joules(dose: Dose) -> f64 {
-    dose.0 as f64 / 1e6
-}
-
-fn seconds(time: Milliseconds) -> f64 {
-    f64::from(time.0) / 1000.0
-}
-
-/// `calibration = [[duty, level], ...]`, rising in both from nothing to full level.
-fn calibration(reader: &mut TableReader<'_>) -> Vec<[f64; 2]> {
-    const WANTED: &str = "pairs of duty and level: [[0.0, 0.0], [0.5, 0.46], [1.0, 1.0]]";
-    let Some(items) = reader.array("calibration", WANTED) else { return Vec::new() };
-    let mut points: Vec<[f64; 2]> = Vec::new();
-    for item in items {
-        let pair: Option<Vec<f64>> = item
-            .get_ref()
-            .as_array()
-            .and_then(|pair| pair.iter().map(|value| as_number(value.get_ref())).collect());
-        let Some(Ok(pair)) = pair.map(<[f64; 2]>::try_from) else {
-            reader.report_type("calibration", item, WANTED);
-            return Vec::new();
-        };
-        points.push(pair);
-    }
-    let from_nothing = points.first().is_none_or(|first| *first == [0.0, 0.0]);
-    let to_full_level = points.last().is_none_or(|last| last[1] == 1.0 && last[0] <= 1.0);
-    // A level is kept in 16 bits: nearer points would fall together.
-    let rising = points.windows(2).all(|pair| (0..2).all(|axis| pair[1][axis] - pair[0][axis] > 1e-4));
-    if points.len() == 1 || points.len() > MAX_CURVE || !(from_nothing && to_full_level && rising) {
-        let message = "`calibration` in [lamps] does not rise from [0, 0] to level 1".to_owned();
-        reader.report_value(reader.span(), message, format!("give 2 to {MAX_CURVE} {WANTED}"));
-        return Vec::new();
-    }
-    points
-}
-
-/// `[limits]`: never more than the firmware's own.
-pub(super) fn limits(mut reader: TableReader<'_>, problems: &mut Problems) -> LimitSettings {
-    const KINDER: &str = "the firmware's own limit is the most; a plan may only ask for less";
-    let (day, life) = (joules(limits::DAILY_DOSE), joules(limits::LIFE_DOSE));
-    let (continuous, rest) = (seconds(limits::CONTINUOUS), seconds(limits::REST));
-    let settings = LimitSettings {
-        daily_dose_j_m2: reader.number("daily_dose_j_m2", day, bounds(1.0, day, KINDER)),
-        life_dose_j_m2: reader.number("life_dose_j_m2", life, bounds(1.0, life, KINDER)),
-        continuous_s: reader.number("continuous_s", continuous, bounds(1.0, continuous, KINDER)),
-        rest_s: reader.number("rest_s", rest, bounds(rest, 86_400.0, "LEDs live longer with rests")),
-    };
-    if settings.daily_dose_j_m2 > settings.life_dose_j_m2 {
-        let message = "the dose of a day is more than the dose of the stack's life".to_owned();
-        reader.report_value(reader.span(), message, "lower `daily_dose_j_m2` or raise `life_dose_j_m2`");
-    }
-    reader.finish(problems);
-    settings
 }
