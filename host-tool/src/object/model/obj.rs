@@ -4,9 +4,13 @@
 //! `usemtl`, `mtllib`; of materials `newmtl`, `Kd` and `map_Kd`. Reading line by line, an error has its line: no known
 //! crate tells lines, or bears damaged files without a panic.
 
-use std::collections::HashMap;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeSet, HashMap};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::beside::{path_beside, texture_at};
 use super::error::ModelError;
@@ -31,20 +35,40 @@ pub(super) struct Obj {
 struct Material {
     /// Light of each channel.
     light: [f32; 3],
-    texture: Option<Texture>,
+    texture: Option<Arc<Texture>>,
+    /// What its file names as its texture.
+    named: Option<Named>,
+}
+
+/// A file that another one names.
+#[derive(Clone, Debug)]
+struct Named {
+    by: PathBuf,
+    file: String,
 }
 
 impl Obj {
-    /// Reads the materials of the model at `path`.
+    /// Reads the materials of the model at `path` that its faces take, and nothing that only others name.
     pub(super) fn open(path: &Path) -> Result<Self, ModelError> {
         let mut model =
             Self { path: path.to_owned(), materials: HashMap::new(), files: Vec::new(), notes: Vec::new() };
+        let (mut libraries, mut used) = (Vec::new(), BTreeSet::new());
+        let mut material = None;
         let mut lines = lines(path)?;
         while let Some(line) = lines.next()? {
-            if let Some(name) = argument(line, "mtllib") {
-                model.read_materials(&path_beside(path, &name)?, &name)?;
+            match split(line) {
+                Some(("mtllib", name)) if !name.trim().is_empty() => libraries.push(name.trim().to_owned()),
+                Some(("usemtl", name)) => material = Some(name.trim().to_owned()),
+                Some(("f", _)) => used.extend(material.take()),
+                _ => {}
             }
         }
+        if !used.is_empty() {
+            for name in &libraries {
+                model.read_materials(&path_beside(path, name)?, name)?;
+            }
+        }
+        model.read_textures(&used)?;
         Ok(model)
     }
 
@@ -60,20 +84,20 @@ impl Obj {
         let mut current: Option<String> = None;
         while let Some(line) = lines.next()? {
             if let Some(name) = argument(line, "newmtl") {
-                self.materials.insert(name.clone(), Material { light: [1.0; 3], texture: None });
+                self.materials.insert(name.clone(), Material { light: [1.0; 3], texture: None, named: None });
                 current = Some(name);
                 continue;
             }
-            let Some(name) = &current else { continue };
+            let Some(material) = current.as_ref().and_then(|name| self.materials.get_mut(name)) else {
+                continue;
+            };
             if let Some(colour) = argument(line, "Kd") {
                 let numbers: Vec<f32> =
                     colour.split_ascii_whitespace().filter_map(|word| word.parse().ok()).collect();
                 let Ok(light) = <[f32; 3]>::try_from(numbers) else {
                     return Err(lines.damaged("Kd wants three numbers"));
                 };
-                if let Some(material) = self.materials.get_mut(name) {
-                    material.light = light.map(|code| srgb_decode(if code.is_finite() { code } else { 1.0 }));
-                }
+                material.light = light.map(|code| srgb_decode(if code.is_finite() { code } else { 1.0 }));
             } else if let Some(arguments) = argument(line, "map_Kd") {
                 // Options stand before the name, which ends the line.
                 let file = if arguments.starts_with('-') {
@@ -81,15 +105,25 @@ impl Obj {
                 } else {
                     arguments
                 };
-                let place = path_beside(path, &file)?;
-                let texture = texture_at(&place, &file, &mut self.notes);
-                if texture.is_some() {
-                    self.files.push(place);
-                }
-                if let Some(material) = self.materials.get_mut(name) {
-                    material.texture = texture;
-                }
+                material.named = Some(Named { by: path.to_owned(), file });
             }
+        }
+        Ok(())
+    }
+
+    /// Reads the textures of the materials that are `used`, each once.
+    fn read_textures(&mut self, used: &BTreeSet<String>) -> Result<(), ModelError> {
+        let mut read: HashMap<PathBuf, Option<Arc<Texture>>> = HashMap::new();
+        for name in used {
+            let Some(material) = self.materials.get_mut(name) else { continue };
+            let Some(Named { by, file }) = &material.named else { continue };
+            let place = path_beside(by, file)?;
+            let texture = read.entry(place).or_insert_with_key(|place| {
+                let texture = texture_at(place, file, &mut self.notes).map(Arc::new);
+                self.files.extend(texture.is_some().then(|| place.clone()));
+                texture
+            });
+            material.texture = texture.clone();
         }
         Ok(())
     }
@@ -119,7 +153,7 @@ impl Obj {
                     if material.is_none() {
                         unknown.get_or_insert_with(|| rest.trim().to_owned());
                     }
-                    batch.paint(material.and_then(|material| material.texture.as_ref()));
+                    batch.paint(material.and_then(|material| material.texture.as_deref()));
                     Ok(())
                 }
                 _ => Ok(()),

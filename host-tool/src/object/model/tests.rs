@@ -30,20 +30,20 @@ impl Sink for Kept {
 type Found = (Vec<Point>, Vec<Triangle>, Vec<String>);
 
 /// A folder with one model in it.
-struct OnDisk {
+pub(super) struct OnDisk {
     _folder: tempfile::TempDir,
-    path: PathBuf,
+    pub(super) path: PathBuf,
 }
 
 impl OnDisk {
-    fn new(name: &str, bytes: impl AsRef<[u8]>) -> Self {
+    pub(super) fn new(name: &str, bytes: impl AsRef<[u8]>) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).unwrap();
         Self { _folder: folder, path }
     }
 
-    fn read(&self) -> Result<Found, ModelError> {
+    pub(super) fn read(&self) -> Result<Found, ModelError> {
         let kept = Kept::default();
         let notes = Model::open(&self.path)?.read(&kept)?;
         let mut points = kept.points.into_inner().unwrap();
@@ -67,7 +67,7 @@ fn point(position: Vector, colour: [u8; 3]) -> Point {
     Point { position, colour }
 }
 
-fn positions(triangles: &[Triangle]) -> Vec<[Vector; 3]> {
+pub(super) fn positions(triangles: &[Triangle]) -> Vec<[Vector; 3]> {
     triangles.iter().map(|triangle| triangle.map(|corner| corner.position)).collect()
 }
 
@@ -270,7 +270,7 @@ const OBJ: &str = "# a square\nmtllib paint.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 
     usemtl red\nf 1/1 2/2 3/3 4/4\nusemtl brick\nf -4/-4 -3/-3//  -2/-2\n";
 
 /// A folder with files in it, the first of them a model.
-fn folder(files: &[(&str, &[u8])]) -> OnDisk {
+pub(super) fn folder(files: &[(&str, &[u8])]) -> OnDisk {
     let on_disk = OnDisk::new(files[0].0, files[0].1);
     for (name, bytes) in &files[1..] {
         std::fs::write(on_disk.path.with_file_name(name), bytes).unwrap();
@@ -319,7 +319,8 @@ fn obj_that_is_wrong_is_refused_with_its_line() {
     assert!(refused("a.obj", most).contains("line 2: names vertex -9223372036854775808"));
     assert_eq!(refused("a.obj", "v 0 zero 0\n"), "a.obj, line 1: \"zero\" is no number");
     assert_eq!(refused("a.obj", "v 0 0\n"), "a.obj, line 1: a vertex has 2 numbers, not 3, 4 or 6");
-    let on_disk = folder(&[("a.obj", b"mtllib m.mtl\n"), ("m.mtl", b"newmtl a\nKd 1 2\n")]);
+    let model = b"v 0 0 0\nmtllib m.mtl\nusemtl a\nf 1 1 1\n";
+    let on_disk = folder(&[("a.obj", model), ("m.mtl", b"newmtl a\nKd 1 2\n")]);
     assert!(on_disk.read().unwrap_err().to_string().ends_with("m.mtl, line 2: Kd wants three numbers"));
 }
 
@@ -362,10 +363,11 @@ fn text_with_decimal_commas_is_not_taken_for_other_numbers() {
 #[test]
 fn files_outside_of_a_models_folder_are_never_read() {
     for name in ["../../etc/passwd", "/etc/passwd", "..\\secret.mtl", "C:\\secret.mtl", "a/../../b.mtl"] {
-        let message = refused("a.obj", format!("mtllib {name}\n"));
+        let message = refused("a.obj", format!("v 0 0 0\nmtllib {name}\nusemtl a\nf 1 1 1\n"));
         assert_eq!(message, format!("a.obj names the file {name}, which is not in its folder"));
     }
-    let on_disk = folder(&[("a.obj", b"mtllib m.mtl\n"), ("m.mtl", b"newmtl a\nmap_Kd -s 1 1 1 ../x.png\n")]);
+    let model = b"v 0 0 0\nmtllib m.mtl\nusemtl a\nf 1 1 1\n";
+    let on_disk = folder(&[("a.obj", model), ("m.mtl", b"newmtl a\nmap_Kd -s 1 1 1 ../x.png\n")]);
     assert!(on_disk.read().unwrap_err().to_string().contains("m.mtl names the file ../x.png"));
 }
 

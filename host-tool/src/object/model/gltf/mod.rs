@@ -7,6 +7,9 @@
 mod accessor;
 mod buffers;
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -71,11 +74,9 @@ impl Gltf {
         Ok(model)
     }
 
-    /// Reads the images that base colours take.
+    /// Reads the images that the base colours of what the scene shows take, and no others.
     fn read_textures(&mut self) -> Result<(), ModelError> {
-        let wanted: Vec<usize> =
-            self.root.materials.iter().filter_map(|material| self.image_of(material)).collect();
-        for image in wanted {
+        for image in self.shown_images() {
             if self.textures.contains_key(&image) {
                 continue;
             }
@@ -91,6 +92,26 @@ impl Gltf {
             }
         }
         Ok(())
+    }
+
+    /// The indices of the images that the scene's meshes take.
+    fn shown_images(&self) -> Vec<usize> {
+        let mut visited = vec![false; self.root.nodes.len()];
+        let mut waiting = self.first_nodes();
+        let mut images = Vec::new();
+        while let Some(index) = waiting.pop() {
+            let Some(node) = self.root.nodes.get(index) else { continue };
+            if std::mem::replace(&mut visited[index], true) {
+                continue;
+            }
+            waiting.extend(node.children.iter().flatten().map(json::Index::value));
+            let mesh = node.mesh.and_then(|mesh| self.root.meshes.get(mesh.value()));
+            let primitives = mesh.into_iter().flat_map(|mesh| &mesh.primitives);
+            let materials = primitives.filter_map(|primitive| primitive.material);
+            let materials = materials.filter_map(|material| self.root.materials.get(material.value()));
+            images.extend(materials.filter_map(|material| self.image_of(material)));
+        }
+        images
     }
 
     /// The index of the image that a material's base colour takes.
@@ -244,18 +265,37 @@ struct Painted<'a> {
     texture: Option<&'a Texture>,
     /// Which of the texture coordinates the texture takes.
     coordinates: u32,
+    /// From these to places in the texture: rows of two factors and a shift.
+    laid: [[f32; 3]; 2],
+}
+
+/// Where texture coordinates are places in the texture.
+const AS_IT_IS: [[f32; 3]; 2] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+
+/// Where KHR_texture_transform takes texture coordinates: scaled, then turned against the clock as the picture is seen,
+/// then moved.
+fn laid(transform: &json::extensions::texture::TextureTransform) -> [[f32; 3]; 2] {
+    let ([across, down], [x, y]) = (transform.scale.0, transform.offset.0);
+    let (sine, cosine) = transform.rotation.0.sin_cos();
+    [[cosine * across, sine * down, x], [-sine * across, cosine * down, y]]
 }
 
 impl<'a> Painted<'a> {
     fn of(model: &'a Gltf, primitive: &json::mesh::Primitive) -> Self {
         let material = primitive.material.and_then(|material| model.root.materials.get(material.value()));
-        let Some(material) = material else { return Self { light: [1.0; 3], texture: None, coordinates: 0 } };
+        let Some(material) = material else {
+            return Self { light: [1.0; 3], texture: None, coordinates: 0, laid: AS_IT_IS };
+        };
         let base = &material.pbr_metallic_roughness;
         let [red, green, blue, _] = base.base_color_factor.0;
+        let info = base.base_color_texture.as_ref();
+        let transform = info.and_then(|info| info.extensions.as_ref()?.texture_transform.as_ref());
+        let own = info.map_or(0, |info| info.tex_coord);
         Self {
             light: [red, green, blue].map(|value| value.clamp(0.0, 1.0)),
             texture: model.image_of(material).and_then(|image| model.textures.get(&image)),
-            coordinates: base.base_color_texture.as_ref().map_or(0, |texture| texture.tex_coord),
+            coordinates: transform.and_then(|transform| transform.tex_coord).unwrap_or(own),
+            laid: transform.map_or(AS_IT_IS, laid),
         }
     }
 }
@@ -291,7 +331,7 @@ impl Corners {
             Corner {
                 position: place.map(|row| row[0] * x + row[1] * y + row[2] * z + row[3]),
                 light: [0, 1, 2].map(|channel| painted.light[channel] * colour[channel].clamp(0.0, 1.0)),
-                texture: [across, down],
+                texture: painted.laid.map(|row| row[0] * across + row[1] * down + row[2]),
             }
         };
         Ok(Self(positions.iter().enumerate().map(corner).collect()))

@@ -114,6 +114,11 @@ impl Kind {
 }
 
 impl Element {
+    /// Whether there are things of this name in it.
+    pub(super) fn is_filled(&self, name: &str) -> bool {
+        self.name == name && self.count > 0
+    }
+
     /// Bytes of one of these in a binary file, where each has as many.
     pub(super) fn fixed_bytes(&self) -> Option<usize> {
         let fixed = self.properties.iter().all(|property| property.list.is_none());

@@ -1,11 +1,17 @@
 //! PLY: points or meshes, ASCII or binary of either byte order (Turk 1994).
 //!
 //! Vertices of fixed size are read in blocks by all threads. A file with faces keeps its vertices in memory; their number
-//! is borne out by the file's own length.
+//! is borne out by the file's own length. Faces that stand before the vertices are passed over, and read when these are
+//! known.
 
 mod header;
 mod source;
 
+#[cfg(test)]
+mod tests;
+
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
 use super::error::{ModelError, Place};
@@ -20,34 +26,46 @@ const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
 const COLOURS: [[&str; 3]; 3] =
     [["red", "green", "blue"], ["diffuse_red", "diffuse_green", "diffuse_blue"], ["r", "g", "b"]];
 
+/// What the elements are called that are read.
+const VERTEX: &str = "vertex";
+const FACE: &str = "face";
+
 /// Reads the model at `path` into `sink`.
 pub(super) fn read(path: &Path, sink: &dyn Sink) -> Result<Vec<String>, ModelError> {
-    let (file, length) = open(path)?;
-    let mut reader = std::io::BufReader::new(file);
-    let header = Header::read(path, &mut reader)?;
+    let (header, reader, length) = open_data(path)?;
     if header.encoding != Encoding::Ascii {
         header.check_length(path, length)?;
     }
     let vertices = VertexColumns::of(path, &header)?;
-    let has_faces = header.elements.iter().any(|element| element.name == "face" && element.count > 0);
-    let vertex_count = |element: &Element| if element.name == "vertex" { element.count } else { 0 };
+    let has_faces = header.elements.iter().any(|element| element.is_filled(FACE));
+    let vertex_count = |element: &Element| if element.name == VERTEX { element.count } else { 0 };
     if has_faces && header.elements.iter().map(vertex_count).any(|count| count > MOST_VERTICES as u64) {
         return Err(ModelError::TooManyVertices { path: path.to_owned(), most: MOST_VERTICES });
     }
+    let last_vertices = header.elements.iter().rposition(|element| element.name == VERTEX).unwrap_or(0);
     let mut mesh = has_faces.then(Vec::new);
     let mut source = Source::new(path, &header, reader, length);
-    for element in &header.elements {
+    for (at, element) in header.elements.iter().enumerate() {
         match element.name.as_str() {
-            "vertex" if header.is_text_cloud() => {
+            VERTEX if header.is_text_cloud() => {
                 let point = |numbers: &[f64]| vertices.point(|index| numbers[index]);
                 AsciiSource::points(path, &header, element, point, sink)?;
             }
-            "vertex" => read_vertices(&mut source, element, &vertices, mesh.as_mut(), sink)?,
-            "face" => read_faces(&mut source, element, mesh.as_deref().unwrap_or_default(), sink)?,
-            _ => {
-                for _ in 0..element.count {
-                    source.record(element, usize::MAX)?;
-                }
+            VERTEX => read_vertices(&mut source, element, &vertices, mesh.as_mut(), sink)?,
+            FACE if at > last_vertices => {
+                read_faces(&mut source, element, mesh.as_deref().unwrap_or_default(), sink)?;
+            }
+            _ => source.pass(element)?,
+        }
+    }
+    let (before, _) = header.elements.split_at(last_vertices);
+    if before.iter().any(|element| element.is_filled(FACE)) {
+        let (_, reader, _) = open_data(path)?;
+        let mut source = Source::new(path, &header, reader, length);
+        for element in before {
+            match element.name.as_str() {
+                FACE => read_faces(&mut source, element, mesh.as_deref().unwrap_or_default(), sink)?,
+                _ => source.pass(element)?,
             }
         }
     }
@@ -55,10 +73,17 @@ pub(super) fn read(path: &Path, sink: &dyn Sink) -> Result<Vec<String>, ModelErr
     if vertices.colour.is_none() {
         notes.push("the model has no colours of its own: it is white".to_owned());
     }
-    if !has_faces && header.elements.iter().any(|element| element.name == "face") {
+    if !has_faces && header.elements.iter().any(|element| element.name == FACE) {
         notes.push("the model has no faces: its vertices are taken as points".to_owned());
     }
     Ok(notes)
+}
+
+/// The header of the file at `path`, a reader that stands behind it, and the file's length in bytes.
+fn open_data(path: &Path) -> Result<(Header, BufReader<File>, u64), ModelError> {
+    let (file, length) = open(path)?;
+    let mut reader = BufReader::new(file);
+    Ok((Header::read(path, &mut reader)?, reader, length))
 }
 
 /// In which properties of a vertex its place and its colour are.
@@ -73,7 +98,7 @@ struct VertexColumns {
 impl VertexColumns {
     fn of(path: &Path, header: &Header) -> Result<Self, ModelError> {
         let fail = |what: &str| Err(ModelError::damaged(path, Place::Line(header.lines), what));
-        let Some(vertex) = header.elements.iter().find(|element| element.name == "vertex") else {
+        let Some(vertex) = header.elements.iter().find(|element| element.name == VERTEX) else {
             return fail("the header tells of no vertex element");
         };
         let find = |names: &[&str; 3]| -> Option<[usize; 3]> {

@@ -73,6 +73,14 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// Passes over all of an element.
+    pub(super) fn pass(&mut self, element: &Element) -> Result<(), ModelError> {
+        for _ in 0..element.count {
+            self.record(element, usize::MAX)?;
+        }
+        Ok(())
+    }
+
     /// An error at the element that was read last.
     pub(super) fn damaged(&self, what: impl Into<String>) -> ModelError {
         match self {
