@@ -4,6 +4,7 @@ mod colour;
 mod decode;
 mod fitted;
 mod jpeg;
+mod photograph;
 mod srgb;
 
 use std::path::{Path, PathBuf};
@@ -17,6 +18,7 @@ use crate::volume::CHANNELS;
 
 use decode::{Fault, MOST_PIXELS, decode, open};
 pub use fitted::Fitted;
+pub use photograph::{Photograph, Tones};
 pub(crate) use srgb::{STEEPEST, srgb_encode_with_slope};
 pub use srgb::{srgb_decode, srgb_encode};
 

@@ -1,14 +1,15 @@
 //! A photograph with what was found in it.
 
 use super::{Chart, Found, RING_MM};
-use crate::picture::Picture;
+use crate::picture::{Picture, srgb_encode};
 
 /// What lines are drawn in: yellow, which no ink glows.
 const LINE: [f32; 3] = [1.0, 0.9, 0.0];
 
-/// Draws the corner marks, the dot that tells the upright and the outlines of all patches over the photograph.
-pub fn overlay(photograph: &Picture, chart: &Chart, found: &Found) -> Picture {
-    let mut picture = photograph.map(|value| value * 0.8);
+/// Draws the corner marks, the dot that tells the upright and the outlines of all patches over a photograph, of which
+/// this is the `light`: sRGB code values.
+pub fn overlay(light: &Picture, chart: &Chart, found: &Found) -> Picture {
+    let mut picture = light.map(|light| srgb_encode(light) * 0.8);
     let upright = chart.upright();
     for centre in chart.marks().into_iter().chain([upright]) {
         let radius = if centre == upright { RING_MM.start } else { RING_MM.end + 0.6 };

@@ -9,7 +9,7 @@ use thiserror::Error;
 use vitrine::build_folder::write_file;
 use vitrine::chart::overlay;
 use vitrine::ink::{Calibration, calibrate, wedge};
-use vitrine::picture::{Picture, PictureError};
+use vitrine::picture::{Photograph, PictureError};
 use vitrine::plain;
 
 use super::output::Output;
@@ -21,9 +21,13 @@ Examples:
   vitrine calibrate photo.jpg -o curves.toml  then `curves = \"curves.toml\"` in [print]
   vitrine print --wedge -o wedge              prints the wedge to photograph under ultraviolet
   vitrine calibrate photo.jpg -o curves.toml --overlay found.png --json
+  vitrine calibrate photo.tif -o curves.toml --gamma 1  developed from raw, values in proportion to light
 
 The photograph shows the whole wedge in an otherwise dark room, no patch overexposed, all brightness adjustments of the \
-camera off. It may be tilted, turned, and unevenly lit; curves come out within 0.02 of full light.")]
+camera off. It may be tilted, turned, and unevenly lit; curves come out within 0.02 of full light.
+
+Its values become light by the file's ICC profile. A file without one is taken for sRGB, which is said: a wrong gamma bends \
+the curves (1.8 instead of 2.2 by 0.07), so give --gamma where the camera or its developer wrote another.")]
 pub(super) struct Calibrate {
     /// The photograph: JPEG, PNG, TIFF or WebP.
     photograph: PathBuf,
@@ -33,9 +37,18 @@ pub(super) struct Calibrate {
     /// Also write the photograph with what was found in it, as PNG.
     #[arg(long, value_name = "FILE")]
     overlay: Option<PathBuf>,
+    /// Light is this power of the photograph's values, whatever its profile says.
+    #[arg(long, value_name = "GAMMA", value_parser = gamma)]
+    gamma: Option<f64>,
     /// Measure, and write nothing.
     #[arg(long)]
     dry_run: bool,
+}
+
+/// A photograph's gamma.
+pub(super) fn gamma(text: &str) -> Result<f64, String> {
+    let gamma = text.parse().ok().filter(|gamma| (0.5..=4.0).contains(gamma));
+    gamma.ok_or_else(|| "give a number from 0.5 to 4, as 2.2, or 1 where values are light".to_owned())
 }
 
 #[derive(Debug, Error, Diagnostic)]
@@ -62,15 +75,16 @@ enum CalibrateFailure {
 
 impl Calibrate {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
-        let photograph = Picture::read(&self.photograph).map_err(CalibrateFailure::from)?;
+        let Photograph { light, tones } =
+            Photograph::read(&self.photograph, self.gamma).map_err(CalibrateFailure::from)?;
         let name = self.photograph.file_name().unwrap_or(self.photograph.as_os_str());
-        let calibration = calibrate(&photograph, &name.to_string_lossy())?;
+        let calibration = calibrate(&light, &name.to_string_lossy())?;
         if !self.dry_run {
             let text = calibration.file.to_toml().map_err(CalibrateFailure::from)?;
             let write = |source| CalibrateFailure::Write { path: self.output.clone(), source };
             write_file(&self.output, text.as_bytes()).map_err(write)?;
             if let Some(path) = &self.overlay {
-                let drawn = overlay(&photograph, &wedge(), &calibration.found);
+                let drawn = overlay(&light, &wedge(), &calibration.found);
                 drawn.write_png(path).map_err(CalibrateFailure::from)?;
             }
         }
@@ -81,8 +95,10 @@ impl Calibrate {
             "pixels_per_mm": calibration.found.pixels_per_mm,
             "spread": calibration.spread,
             "brightest": calibration.brightest,
+            "decoded_by": tones.to_string(),
             "measured": calibration.file,
         });
+        output.note(&format!("The photograph is decoded by {tones}"));
         output.result(&result, || self.text(&calibration));
         Ok(())
     }

@@ -12,9 +12,10 @@ use vitrine::experiment::films::{
     FilmFit, FitError, MOST_FILMS, SIDES, Side, Transmittance, chart, draw, fit,
 };
 use vitrine::material::FILMS;
-use vitrine::picture::{Picture, PictureError};
+use vitrine::picture::{Photograph, PictureError};
 use vitrine::plain;
 
+use super::calibrate::gamma;
 use super::output::Output;
 
 /// Try materials out: simulate an experiment, and measure by photographs of it.
@@ -45,7 +46,9 @@ Examples:
 Cut 25 strips of film, each 6 mm shorter than the last, and lay them over the middle band of the printed circles, flush on \
 the right, so that column n lies behind n strips; the bands above and below stay bare. With the films on the lamp's side \
 (--side lamp) the photograph gives tau_uv, with the films on the camera's side (--side viewer) tau_visible, with films, \
-lamp and camera all on one side (--side both) their product. tau is found within 1 %.")]
+lamp and camera all on one side (--side both) their product. tau is found within 1 %.
+
+A photograph's values become light by its ICC profile. One without is taken for sRGB, which is said; --gamma says otherwise.")]
 struct Films {
     /// The picture to write, as PNG.
     #[arg(short, long, value_name = "FILE", required_unless_present = "fit", conflicts_with = "fit")]
@@ -65,6 +68,9 @@ struct Films {
     /// Also write the first photograph with what was found in it, as PNG.
     #[arg(long, value_name = "FILE", requires = "fit")]
     overlay: Option<PathBuf>,
+    /// Light is this power of the photographs' values, whatever their profiles say.
+    #[arg(long, value_name = "GAMMA", value_parser = gamma, requires = "fit")]
+    gamma: Option<f64>,
     /// Simulate or measure, and write nothing.
     #[arg(long)]
     dry_run: bool,
@@ -165,14 +171,16 @@ impl Films {
     }
 
     fn measure(self, side: Side, output: Output) -> Result<(), ExperimentFailure> {
-        let mut fits: Vec<FilmFit> = Vec::new();
+        let (mut fits, mut tones): (Vec<FilmFit>, Vec<String>) = Default::default();
         for path in &self.fit {
-            let photograph = Picture::read(path)?;
-            let fitted =
-                fit(&photograph).map_err(|cause| ExperimentFailure::Fit { path: path.clone(), cause })?;
+            let photograph = Photograph::read(path, self.gamma)?;
+            let fitted = fit(&photograph.light)
+                .map_err(|cause| ExperimentFailure::Fit { path: path.clone(), cause })?;
             if let Some(drawn) = self.overlay.as_ref().filter(|_| fits.is_empty() && !self.dry_run) {
-                overlay(&photograph, &chart(), &fitted.found).write_png(drawn)?;
+                overlay(&photograph.light, &chart(), &fitted.found).write_png(drawn)?;
             }
+            output.note(&format!("{} is decoded by {}", plain::path(path), photograph.tones));
+            tones.push(photograph.tones.to_string());
             fits.push(fitted);
         }
         let tau = fits.iter().map(|fitted| fitted.tau).sum::<f64>() / fits.len() as f64;
@@ -181,9 +189,10 @@ impl Films {
             Side::Viewer => "tau_visible",
             Side::Both => "tau_uv times tau_visible",
         };
-        let photographs = self.fit.iter().zip(&fits).map(|(path, fitted)| {
+        let photographs = self.fit.iter().zip(&tones).zip(&fits).map(|((path, tones), fitted)| {
             json!({
                 "photograph": path,
+                "decoded_by": tones,
                 "tau": fitted.tau,
                 "tau_by_ink": fitted.tau_by_ink,
                 "spread": fitted.spread,

@@ -1,7 +1,7 @@
 //! Measuring the inks' curves from a photograph of the wedge.
 //!
-//! The photograph is decoded to linear light (sRGB, IEC 61966-2-1), so it has to be one that the camera or its
-//! developer has not bent further. Each ink is read in its own channel: what the bare patches give there is taken off,
+//! The photograph has to be one whose values the camera or its developer has not bent beyond what its profile says (see
+//! [`crate::picture::Photograph`]). Each ink is read in its own channel: what the bare patches give there is taken off,
 //! an uneven light is divided out (see [`crate::chart::Field`]), and the repeats of each coverage are averaged.
 
 use miette::Diagnostic;
@@ -86,14 +86,14 @@ pub enum CalibrateError {
     },
 }
 
-/// Measures the curves from `photograph` (sRGB code values) of the printed wedge, which `name` names in the file.
+/// Measures the curves from the `light` of a photograph of the printed wedge, which `name` names in the file.
 ///
 /// # Errors
 /// When the wedge is not found in it, or is too bright, too dark or too uneven to be measured.
-pub fn calibrate(photograph: &Picture, name: &str) -> Result<Calibration, CalibrateError> {
-    let (light, chart) = (photograph.decoded(), wedge());
-    let found = find_rather_than(&light, &chart, (&films::chart(), CIRCLES))?;
-    let readings = read_patches(&light, &chart, &found);
+pub fn calibrate(light: &Picture, name: &str) -> Result<Calibration, CalibrateError> {
+    let chart = wedge();
+    let found = find_rather_than(light, &chart, (&films::chart(), CIRCLES))?;
+    let readings = read_patches(light, &chart, &found);
     let mut samples = Vec::new();
     for ink in 0..CHANNELS {
         overexposed(&readings, ink)?;
@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn curves_are_recovered_from_a_tilted_dim_noisy_photograph() {
-        let calibration = calibrate(&camera(&glow).take(&wedge()), "photo.jpg").unwrap();
+        let calibration = calibrate(&camera(&glow).take(&wedge()).decoded(), "photo.jpg").unwrap();
         let curves = [&calibration.file.red, &calibration.file.green, &calibration.file.blue];
         for (ink, curve) in curves.into_iter().enumerate() {
             for (coverage, found) in curve.coverage.iter().zip(&curve.light) {
@@ -253,7 +253,8 @@ mod tests {
     fn bright_dark_and_glaring_photographs_are_refused() {
         let bright = |ink: usize, coverage: f32, at: [f64; 2]| 2.0 * glow(ink, coverage, at);
         let told = |glow: &dyn Fn(usize, f32, [f64; 2]) -> f64| {
-            calibrate(&Camera { noise: 0.003, blur: 1, ..camera(glow) }.take(&wedge()), "x").unwrap_err()
+            calibrate(&Camera { noise: 0.003, blur: 1, ..camera(glow) }.take(&wedge()).decoded(), "x")
+                .unwrap_err()
         };
         assert!(matches!(told(&bright), CalibrateError::Overexposed { ink: "green", .. }));
         let no_blue =
@@ -265,7 +266,7 @@ mod tests {
         assert!(matches!(told(&glare), CalibrateError::Uneven { .. }));
         let cut = Camera { corners: TILTED.map(|[x, y]| [x, y + 300.0]), ..camera(&glow) };
         assert_eq!(
-            calibrate(&cut.take(&wedge()), "x").unwrap_err(),
+            calibrate(&cut.take(&wedge()).decoded(), "x").unwrap_err(),
             CalibrateError::Chart(ChartError::CutOff { marks: 2 })
         );
     }

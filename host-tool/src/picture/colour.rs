@@ -1,10 +1,20 @@
 //! Colours by a picture's own ICC profile.
 
 use image::DynamicImage;
-use moxcms::{ColorProfile, DataColorSpace, Layout, TransformOptions};
+use moxcms::{CmsError, ColorProfile, DataColorSpace, Layout, TransformOptions};
 
 /// Values that differ by less than this from sRGB's are left as they are: half a step of 8 bits.
 const SAME: f32 = 0.5 / 255.0;
+
+/// Whether a profile is one of values that are still there once a file is decoded: of RGB or grey.
+pub(super) fn is_of_pictures(profile: &ColorProfile) -> bool {
+    matches!(profile.color_space, DataColorSpace::Rgb | DataColorSpace::Gray)
+}
+
+/// What is told of a profile that cannot be used.
+pub(super) fn unusable(error: &CmsError) -> String {
+    format!("its ICC profile cannot be used ({error}); export it as sRGB")
+}
 
 /// Turns a picture from the colours of its ICC `profile` to sRGB. Profiles of other kinds than RGB and grey are left
 /// alone: what they describe is no longer there once the file is decoded.
@@ -12,14 +22,12 @@ const SAME: f32 = 0.5 / 255.0;
 /// # Errors
 /// When the profile cannot be used.
 pub(super) fn to_srgb(image: DynamicImage, profile: &[u8]) -> Result<DynamicImage, String> {
-    let fail =
-        |error: moxcms::CmsError| format!("its ICC profile cannot be used ({error}); export it as sRGB");
+    let fail = |error: CmsError| unusable(&error);
     let profile = ColorProfile::new_from_slice(profile).map_err(fail)?;
-    let grey = match profile.color_space {
-        DataColorSpace::Rgb => false,
-        DataColorSpace::Gray => true,
-        _ => return Ok(image),
-    };
+    if !is_of_pictures(&profile) {
+        return Ok(image);
+    }
+    let grey = profile.color_space == DataColorSpace::Gray;
     let layout = if grey { Layout::Gray } else { Layout::Rgb };
     let transform = profile
         .create_transform_f32(layout, &ColorProfile::new_srgb(), Layout::Rgb, TransformOptions::default())

@@ -1,5 +1,6 @@
 //! Inks and materials: measuring a photographed wedge, listing what films are made of.
 
+use image::ImageEncoder;
 use serde_json::Value;
 use vitrine::chart::Chart;
 use vitrine::experiment::films;
@@ -81,6 +82,45 @@ fn a_photographed_wedge_becomes_curves_that_an_exhibit_takes() {
     let text = workshop.succeed(&["calibrate", "photo.png", "-o", "none.toml", "--dry-run"]);
     assert!(text.contains("nothing written") && text.contains("green"), "{text}");
     assert!(!workshop.path("none.toml").exists());
+}
+
+/// Writes a photograph, of sRGB code values, in those of a gamma of 1.8, and with a profile that says so where `tells`.
+fn write_with_gamma(photograph: &Picture, path: &std::path::Path, tells: bool) {
+    let bent = photograph.decoded().map(|light| light.powf(1.0 / 1.8));
+    let mut encoder = image::codecs::png::PngEncoder::new(std::fs::File::create(path).unwrap());
+    if tells {
+        let mut profile = moxcms::ColorProfile::new_display_p3();
+        let curve = moxcms::curve_from_gamma(1.8);
+        (profile.red_trc, profile.green_trc, profile.blue_trc) =
+            (Some(curve.clone()), Some(curve.clone()), Some(curve));
+        profile.cicp = None;
+        encoder.set_icc_profile(profile.encode().unwrap()).unwrap();
+    }
+    let (width, height) = (bent.width() as u32, bent.height() as u32);
+    encoder.write_image(&bent.rgb8(), width, height, image::ExtendedColorType::Rgb8).unwrap();
+}
+
+#[test]
+fn photographs_of_another_gamma_are_decoded_by_their_profile_or_by_what_is_given() {
+    let workshop = Workshop::new();
+    for (name, tells) in [("plain.png", false), ("tells.png", true)] {
+        write_with_gamma(&wedge_photograph(0.8), &workshop.path(name), tells);
+    }
+    let off = |arguments: &[&str], way: &str| {
+        let finished = workshop.run(&[&["calibrate", "-o", "curves.toml"], arguments].concat());
+        assert!(finished.stderr.contains(way), "{arguments:?}: {}", finished.stderr);
+        let [red, ..] = CurveFile::read(&workshop.path("curves.toml")).unwrap().curves().unwrap();
+        (red.light(0.4) - 0.4_f32.powf(0.8)).abs()
+    };
+    assert!(off(&["plain.png"], "sRGB, which is assumed") > 0.03);
+    assert!(off(&["plain.png", "--gamma", "1.8"], "gamma of 1.8") < 0.01);
+    assert!(off(&["tells.png"], "Display P3") < 0.01);
+    write_with_gamma(&circles_photograph(0.9), &workshop.path("circles.png"), true);
+    let fit = ["experiment", "films", "--fit", "circles.png", "--side", "lamp", "--json"];
+    let told: Value = serde_json::from_str(&workshop.succeed(&fit)).unwrap();
+    assert!((told["tau"].as_f64().unwrap() - 0.9).abs() < 0.005, "{told}");
+    assert!(told["photographs"][0]["decoded_by"].as_str().unwrap().contains("Display P3"), "{told}");
+    assert_eq!(workshop.run(&["calibrate", "plain.png", "-o", "x.toml", "--gamma", "0"]).code, Some(2));
 }
 
 #[test]

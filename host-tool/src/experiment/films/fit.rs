@@ -81,15 +81,15 @@ pub enum FitError {
     },
 }
 
-/// Fits what one film leaves of the light to `photograph` (sRGB code values) of the chart with its strips.
+/// Fits what one film leaves of the light to the `light` of a photograph of the chart with its strips.
 ///
 /// # Errors
 /// When the chart is not found, or its circles are too bright, too dark, or fall off otherwise than films let them.
-pub fn fit(photograph: &Picture) -> Result<FilmFit, FitError> {
+pub fn fit(light: &Picture) -> Result<FilmFit, FitError> {
     const NAMES: [&str; CHANNELS] = ["red", "green", "blue"];
-    let (light, chart) = (photograph.decoded(), chart());
-    let found = find_rather_than(&light, &chart, (&wedge(), WEDGE))?;
-    let readings = read_patches(&light, &chart, &found);
+    let chart = chart();
+    let found = find_rather_than(light, &chart, (&wedge(), WEDGE))?;
+    let readings = read_patches(light, &chart, &found);
     let place = |reading: &Reading| {
         (2.0 * reading.patch.x_mm / chart.width_mm - 1.0, 2.0 * reading.patch.y_mm / chart.height_mm - 1.0)
     };
@@ -194,6 +194,7 @@ mod tests {
             blur: 1,
         }
         .take(&chart())
+        .decoded()
     }
 
     #[test]
