@@ -43,7 +43,7 @@ pub use request::{
 };
 pub use result::{Design, SharedPair, ViewDesign};
 pub use stop::Stop;
-pub use strips::{PictureRows, StripDesign, StripRequest, rows_within};
+pub use strips::{PictureRows, Strip, StripDesign, StripRequest, rows_within};
 
 use crate::volume::Volume;
 use optimise::Lighting;

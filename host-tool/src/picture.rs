@@ -169,6 +169,13 @@ impl Picture {
         &mut self.values[channel * size..(channel + 1) * size]
     }
 
+    /// Returns some of its rows.
+    pub fn rows(&self, rows: std::ops::Range<usize>) -> Self {
+        let place = rows.start * self.width..rows.end * self.width;
+        let values = (0..CHANNELS).flat_map(|channel| &self.channel(channel)[place.clone()]);
+        Self { width: self.width, height: rows.len(), values: values.copied().collect() }
+    }
+
     /// Returns the picture with `convert` applied to every value.
     pub fn map(&self, convert: impl Fn(f32) -> f32 + Sync) -> Self {
         let mut values = self.values.clone();

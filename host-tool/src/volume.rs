@@ -110,14 +110,15 @@ impl Volume {
     /// Rounds every value to one of the two that `depth` can write next to it. What a film loses by it, the
     /// film below gains: faint ink that plain rounding would wipe from every film stays in their sum.
     pub fn quantise(&mut self, depth: InkDepth) {
-        self.quantise_from(depth, 0);
+        let mut carried = Carried::start(self.width, self.height, 0);
+        self.quantise_below(depth, &mut carried);
     }
 
-    /// As [`Volume::quantise`], where row 0 of this volume is row `first_row` of the films.
-    pub fn quantise_from(&mut self, depth: InkDepth, first_row: usize) {
-        let (size, width) = (self.width * self.height, self.width);
-        for channel in self.values.chunks_mut((self.films * size).max(1)) {
-            quantise_channel(channel, (size, width), depth, first_row);
+    /// As [`Volume::quantise`], for the films below those that left over `carried`; leaves there what these do.
+    pub fn quantise_below(&mut self, depth: InkDepth, carried: &mut Carried) {
+        let size = self.width * self.height;
+        for (channel, carried) in self.values.chunks_mut((self.films * size).max(1)).zip(&mut carried.0) {
+            quantise_films(channel, carried, depth);
         }
     }
 
@@ -191,16 +192,31 @@ impl Volume {
     }
 }
 
-/// As [`Volume::quantise_from`], for the films of one channel, each of `size` values in rows of `width`.
-pub(crate) fn quantise_channel(
-    films: &mut [f32],
-    (size, width): (usize, usize),
-    depth: InkDepth,
-    first_row: usize,
-) {
+/// What the films above have lost by rounding, in steps: of each channel (row, column).
+#[derive(Clone, Debug)]
+pub struct Carried([Vec<f32>; CHANNELS]);
+
+impl Carried {
+    /// What the top film begins from, of so many columns and rows from row `first_row` of the films on.
+    pub fn start(width: usize, height: usize, first_row: usize) -> Self {
+        let channel = start_of_carried(width * height, width, first_row);
+        Self([channel.clone(), channel.clone(), channel])
+    }
+}
+
+/// As [`Volume::quantise`], for the films of one channel, each of `size` values in rows of `width`.
+pub(crate) fn quantise_channel(films: &mut [f32], (size, width): (usize, usize), depth: InkDepth) {
+    quantise_films(films, &mut start_of_carried(size, width, 0), depth);
+}
+
+/// What rounding begins from on the top film.
+fn start_of_carried(size: usize, width: usize, first_row: usize) -> Vec<f32> {
+    (0..size).map(|at| dither(at % width, first_row + at / width)).collect()
+}
+
+fn quantise_films(films: &mut [f32], carried: &mut [f32], depth: InkDepth) {
     let full = depth.full();
-    let mut carried: Vec<f32> = (0..size).map(|at| dither(at % width, first_row + at / width)).collect();
-    for film in films.chunks_mut(size.max(1)) {
+    for film in films.chunks_mut(carried.len().max(1)) {
         let lines = film.par_chunks_mut(VALUES_AT_ONCE).zip(carried.par_chunks_mut(VALUES_AT_ONCE));
         lines.for_each(|(values, carried)| {
             vectorised(

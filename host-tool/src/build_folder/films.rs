@@ -38,11 +38,6 @@ pub(super) fn encode(volume: &Volume, depth: InkDepth) -> Result<Vec<Vec<u8>>, p
     (0..volume.films()).into_par_iter().map(|film| encode_film(volume, film, depth)).collect()
 }
 
-/// Bytes of all films of `volume` as PNG files.
-pub fn film_bytes(volume: &Volume, depth: InkDepth) -> usize {
-    (0..volume.films()).map(|film| encode_film(volume, film, depth).map_or(0, |bytes| bytes.len())).sum()
-}
-
 fn encode_film(volume: &Volume, film: usize, depth: InkDepth) -> Result<Vec<u8>, png::EncodingError> {
     let (bits, samples) = match depth {
         InkDepth::Eight => (BitDepth::Eight, volume.film_rgb8(film)),

@@ -19,7 +19,7 @@ mod turn;
 mod whole;
 mod write;
 
-pub use films::{FilmError, FilmRows, film_bytes, film_name};
+pub use films::{FilmError, FilmRows, film_name};
 pub use look::{Look, LookRequest, look, look_png};
 pub(crate) use manifest::portable_name;
 pub use manifest::{FORMAT, LAYOUT, Manifest};

@@ -108,26 +108,36 @@ impl GrowingFilms {
         &self.folder
     }
 
-    /// Writes the next strip, whose rows follow those of the last.
+    /// Writes the next strip, whose rows follow those of the last: its films from the top one down, some in each volume.
     ///
     /// # Errors
     /// When it cannot be written; then the films can still be gone on with.
-    pub fn push(&mut self, strip: &Volume) -> io::Result<()> {
-        let ends = self.ends.par_iter().enumerate().map(|(film, end)| {
-            let piece = compressed(strip, film, self.depth);
-            let mut stream = match self.strips {
-                0 => Stream::new(),
-                _ => Stream::following(end.adler),
-            };
-            stream.push(&piece);
-            let adler = stream.adler();
-            let bytes = chunk(*b"IDAT", stream.so_far());
-            append(&self.film(film), &bytes)?;
-            Ok(End { bytes: end.bytes + bytes.len() as u64, adler })
-        });
-        self.ends = ends.collect::<io::Result<_>>()?;
+    pub fn push(&mut self, strip: impl IntoIterator<Item = Volume>) -> io::Result<()> {
+        let mut grown = Vec::with_capacity(self.ends.len());
+        for films in strip {
+            let ends = self.ends.get(grown.len()..).unwrap_or_default();
+            let first = grown.len();
+            let ends = ends.par_iter().take(films.films()).enumerate();
+            let ends = ends.map(|(index, end)| self.grow(first + index, *end, &films, index));
+            grown.extend(ends.collect::<io::Result<Vec<_>>>()?);
+        }
+        self.ends = grown;
         self.strips += 1;
         self.log(&Line::Strip(self.ends.clone()))
+    }
+
+    /// Adds to film `film`, which ends at `end`, the rows of the film `index` of `films`.
+    fn grow(&self, film: usize, end: End, films: &Volume, index: usize) -> io::Result<End> {
+        let piece = compressed(films, index, self.depth);
+        let mut stream = match self.strips {
+            0 => Stream::new(),
+            _ => Stream::following(end.adler),
+        };
+        stream.push(&piece);
+        let adler = stream.adler();
+        let bytes = chunk(*b"IDAT", stream.so_far());
+        append(&self.film(film), &bytes)?;
+        Ok(End { bytes: end.bytes + bytes.len() as u64, adler })
     }
 
     /// Ends all films and gives the BLAKE3 of the volume, read from the files, and of each file. The journal stays: until
@@ -320,7 +330,7 @@ mod tests {
     fn grown(folder: &Path, depth: InkDepth) -> ([u8; 32], Vec<Vec<u8>>) {
         let mut films = open(folder, depth);
         for index in films.strips()..3 {
-            films.push(&strip(&whole(), index)).unwrap();
+            films.push([strip(&whole(), index)]).unwrap();
         }
         let GrownFilms { volume, files } = films.finish().unwrap();
         let bytes: Vec<Vec<u8>> =
@@ -353,7 +363,7 @@ mod tests {
                 let folder = tempfile::tempdir().unwrap();
                 let mut films = open(folder.path(), InkDepth::Eight);
                 for index in 0..done {
-                    films.push(&strip(&whole(), index)).unwrap();
+                    films.push([strip(&whole(), index)]).unwrap();
                 }
                 drop(films);
                 if torn {
@@ -370,7 +380,7 @@ mod tests {
     #[test]
     fn another_design_begins_anew() {
         let folder = tempfile::tempdir().unwrap();
-        open(folder.path(), InkDepth::Eight).push(&strip(&whole(), 0)).unwrap();
+        open(folder.path(), InkDepth::Eight).push([strip(&whole(), 0)]).unwrap();
         let other =
             GrowingFilms::open(folder.path(), "two", (FILMS, WIDTH, HEIGHT), InkDepth::Eight).unwrap();
         assert_eq!(other.strips(), 0);

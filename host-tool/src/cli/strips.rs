@@ -6,10 +6,9 @@ use std::time::Instant;
 use miette::{Diagnostic, Report};
 use serde::Serialize;
 use thiserror::Error;
-use vitrine::build_folder::{self, GrowingFilms, Inputs, film_bytes, growing_place, strip_bytes};
+use vitrine::build_folder::{self, GrowingFilms, Inputs, growing_place, strip_bytes};
 use vitrine::config::{Exhibit, FrameSetting};
-use vitrine::design::{self, DesignError, Method, StripDesign};
-use vitrine::stack::Stack;
+use vitrine::design::{self, DesignError, StripDesign};
 use vitrine::volume::InkDepth;
 
 use super::design::{DesignFailure, stoppable};
@@ -90,20 +89,12 @@ pub(super) fn design_by_strips(
     let (stop, settings) = (request.small.stop.clone(), request.small.clone());
     let progress = &mut Progress::new(output.is_json());
     let (strips, small, (seconds, bytes)) = stoppable(path, &stop, || {
-        let begun = Instant::now();
         let (strips, small) = StripDesign::prepare(request, &mut |step| progress.report(step))?;
-        let takes = match settings.settings.method {
-            Method::LeastSquares => {
-                let (seconds, larger) = (begun.elapsed().as_secs_f64(), enlargement(&stack, &small));
-                (seconds * larger * strips.solved_part(), film_bytes(&small.volume, depth) as f64 * larger)
-            }
-            Method::Product => {
-                let (seconds, bytes) = a_strip(&strips, depth)?;
-                (seconds * strips.strips() as f64, bytes * strips.strips() as f64)
-            }
-        };
+        let takes = a_strip(&strips, depth)?;
         Ok((strips, small, takes))
     })?;
+    let count = strips.strips() as f64;
+    let (seconds, bytes) = (seconds * count, bytes * count);
     let foretold = foretell(exhibit, &strips, &small, seconds, bytes);
     if dry_run {
         return Ok(Outcome::Foretold(foretold));
@@ -128,7 +119,7 @@ pub(super) fn design_by_strips(
                 }),
                 other => Report::from(other),
             })?;
-        films.push(&strip).map_err(fail)?;
+        films.push(strip).map_err(fail)?;
     }
     progress.report(design::Progress::at("reading the films again", 0, 1));
     let inputs = Inputs::new(exhibit, folder, Some(path), &[]);
@@ -149,11 +140,6 @@ fn refuse_what_needs_whole_films(exhibit: &Exhibit) -> Result<(), StripsFailure>
     }
 }
 
-/// How many pixels a film has for each of the exhibit in small.
-fn enlargement(stack: &Stack, small: &design::Design) -> f64 {
-    stack.film_len() as f64 / (small.volume.width() * small.volume.height()) as f64
-}
-
 /// The most strips that are looked at beforehand, and how many stand for each at least.
 const MOST_SAMPLED: usize = 5;
 const STRIPS_A_SAMPLE: usize = 8;
@@ -166,8 +152,8 @@ fn a_strip(strips: &StripDesign, depth: InkDepth) -> Result<(f64, f64), DesignEr
     for sample in 0..count {
         let begun = Instant::now();
         let strip = strips.strip((2 * sample + 1) * strips.strips() / (2 * count), &mut |_| ())?;
+        bytes += strip.map(|films| strip_bytes(&films, depth)).sum::<usize>();
         seconds += begun.elapsed().as_secs_f64();
-        bytes += strip_bytes(&strip, depth);
     }
     Ok((seconds / count as f64, bytes as f64 / count as f64))
 }

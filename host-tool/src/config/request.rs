@@ -250,8 +250,8 @@ struct FittedRows {
 }
 
 impl PictureRows for FittedRows {
-    fn rows(&self, rows: Range<usize>) -> Picture {
-        lifted(&self.picture.rows(rows), self.pedestal, self.tone)
+    fn rows(&self, size: (usize, usize), rows: Range<usize>) -> Picture {
+        lifted(&self.picture.rows(size, rows), self.pedestal, self.tone)
     }
 
     fn held_bytes(&self) -> usize {

@@ -213,13 +213,13 @@ fn fine_channel(request: &DesignRequest, coarse: &Coarse) -> Vec<Picture> {
     let from = (coarse.request.stack.width_px, coarse.request.stack.height_px);
     let size @ (width, height) = (request.stack.width_px, request.stack.height_px);
     let mut films = vec![0.0; request.stack.films * width * height];
-    enlarge_planes(&coarse.channel, from, &mut films, size, 0..height);
+    enlarge_planes(&coarse.channel, from, &mut films, size);
     let problem = set_up(request, &request.targets(), &coarse.lighting, None);
     let problem = problem.of_yield(emission.yields()[FINE_CHANNEL]);
     let targets = request.channel_targets(FINE_CHANNEL);
     let targets: Vec<&[f32]> = targets.iter().map(Cow::as_ref).collect();
     problem.solve(&targets, &mut films, FINE_EFFORT, &mut |_, _| ());
-    quantise_channel(&mut films, (width * height, width), request.settings.ink_depth, 0);
+    quantise_channel(&mut films, (width * height, width), request.settings.ink_depth);
     emission.spread_light(&mut films, FINE_CHANNEL, size);
     let shown = coarse.lighting.pairs.iter().enumerate().map(|(view, &pair)| {
         let weights = single(&design_weights(request, view, pair));

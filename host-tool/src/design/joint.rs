@@ -60,7 +60,7 @@ pub(super) fn solve(
 
 /// Solves one colour after the other from where the smaller films `start` are. The solver takes several times the memory
 /// of the colour that it is at; the others wait in 16 bits, or have not been enlarged.
-fn solve_each_colour(
+pub(super) fn solve_each_colour(
     request: &DesignRequest,
     problem: &Problem,
     start: Volume,
@@ -79,7 +79,7 @@ fn solve_each_colour(
     let mut solved: Vec<Vec<u16>> = Vec::new();
     for (channel, start) in starts.into_iter().enumerate() {
         let films = volume.channel_mut(LAST);
-        enlarge_planes(&start, from, films, size, 0..stack.height_px);
+        enlarge_planes(&start, from, films, size);
         drop(start);
         if let Some(fixed) = fixed {
             fixed.put_into_channel(channel, films);

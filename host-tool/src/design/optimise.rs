@@ -65,6 +65,16 @@ pub(super) fn set_up(
     lighting: &Lighting,
     fixed: Option<&FixedInk>,
 ) -> Problem {
+    set_up_counting(request, &robust::counts(request, targets), lighting, fixed)
+}
+
+/// As [`set_up`], where it is known how much scattered light counts in each view ([`robust::counts`]).
+pub(super) fn set_up_counting(
+    request: &DesignRequest,
+    counts: &[f32],
+    lighting: &Lighting,
+    fixed: Option<&FixedInk>,
+) -> Problem {
     let settings = &request.settings;
     let stack = &request.stack;
     let emission_white = request.emission().white();
@@ -88,7 +98,7 @@ pub(super) fn set_up(
             }
         })
         .collect();
-    let blurs = robust::blurs(request, &views, targets);
+    let blurs = robust::blurs(request, &views, counts);
     let divergence = Divergence::new(settings.tone);
     let mut problem = Problem {
         views,

@@ -329,11 +329,15 @@ impl ViewRequest {
     /// Returns what the errors of each pixel count, 1 in the mean, where there is a mask: white counts ten times
     /// as much as black.
     pub fn pixel_weights(&self) -> Option<Vec<f32>> {
-        let mask = self.mask.as_ref()?;
-        let weight = |value: &f32| LEAST_WEIGHT + (1.0 - LEAST_WEIGHT) * value.clamp(0.0, 1.0);
-        let sum: f64 = mask.iter().map(|value| f64::from(weight(value))).sum();
-        let share = (mask.len() as f64 / sum.max(1e-9)) as f32;
-        Some(mask.iter().map(|value| share * weight(value)).collect())
+        let share = self.mask_share() as f32;
+        Some(self.mask.as_ref()?.iter().map(|value| share * mask_weight(value)).collect())
+    }
+
+    /// What the weights of the mask's pixels are multiplied by, so that they are 1 in the mean; 1 without a mask.
+    pub(super) fn mask_share(&self) -> f64 {
+        let Some(mask) = &self.mask else { return 1.0 };
+        let sum: f64 = mask.iter().map(|value| f64::from(mask_weight(value))).sum();
+        mask.len() as f64 / sum.max(1e-9)
     }
 
     fn check(&self, stack: &Stack) -> Result<(), DesignError> {
@@ -371,6 +375,11 @@ impl ViewRequest {
         self.distance
             .map_or(Ok(()), |distance| check_distance(stack, distance, || format!("view {}", self.id)))
     }
+}
+
+/// The weight of a pixel where the mask has this value.
+fn mask_weight(value: &f32) -> f32 {
+    LEAST_WEIGHT + (1.0 - LEAST_WEIGHT) * value.clamp(0.0, 1.0)
 }
 
 fn check_distance(

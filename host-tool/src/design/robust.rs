@@ -22,7 +22,8 @@ use crate::projection::ViewerDistance;
 use crate::spread::Spread;
 
 /// How the light of every film spreads on the average, and how much its scatter counts; nothing where no film's does.
-pub(super) fn blurs(request: &DesignRequest, views: &[SolverView], targets: &[Picture]) -> Vec<FilmBlur> {
+/// `counts` are those of [`counts`].
+pub(super) fn blurs(request: &DesignRequest, views: &[SolverView], counts: &[f32]) -> Vec<FilmBlur> {
     let stack = &request.stack;
     if request.settings.optics == OpticsModel::Ideal {
         return Vec::new();
@@ -32,11 +33,10 @@ pub(super) fn blurs(request: &DesignRequest, views: &[SolverView], targets: &[Pi
     if print == 0.0 && variances.iter().all(|variance| *variance == [0.0; 2]) {
         return Vec::new();
     }
-    let counts: Vec<f32> = targets.iter().map(|target| count(request, target)).collect();
     let blur = |(film, errors): (usize, [f64; 2])| {
         let noise = views
             .iter()
-            .zip(&counts)
+            .zip(counts)
             .map(|(view, count)| count * view.weight * view.film_weights[film].powi(2));
         FilmBlur {
             expected: Spread::of_variances(errors.map(|error| error + print)),
@@ -45,6 +45,20 @@ pub(super) fn blurs(request: &DesignRequest, views: &[SolverView], targets: &[Pi
         }
     };
     variances.into_iter().enumerate().map(blur).collect()
+}
+
+/// How much a squared error of light counts in each view, for patterns in the values in which films add up.
+pub(super) fn counts(request: &DesignRequest, targets: &[Picture]) -> Vec<f32> {
+    targets.iter().map(|target| count(request, target)).collect()
+}
+
+/// The least and the greatest standard deviation of where a film lies, along either axis, in pixels.
+pub(super) fn errors_px(request: &DesignRequest) -> (f64, f64) {
+    if request.settings.optics == OpticsModel::Ideal {
+        return (0.0, 0.0);
+    }
+    let errors = (0..request.stack.films).flat_map(|film| variances_px(request, film)).map(f64::sqrt);
+    errors.fold((f64::INFINITY, 0.0), |(least, most), error| (error.min(least), error.max(most)))
 }
 
 /// How much a squared error of light counts in a view: as its codes do, where there is light that can scatter.
@@ -63,18 +77,20 @@ fn variances_px(request: &DesignRequest, film: usize) -> [f64; 2] {
     let z = stack.film_z_mm(film);
     let height = height_variance(stack.films, film) * (settings.spacing_um / 1000.0).powi(2);
     let turn = settings.direction_error_deg.to_radians();
-    let sizes = [stack.width_mm, stack.height_mm()];
+    // Mean squares of the picture's places about the middle of the whole films.
+    let above = stack.above_middle_px * stack.pixel_mm();
+    let places = [stack.width_mm.powi(2) / 12.0, stack.height_mm().powi(2) / 12.0 + above * above];
     let count = request.views.len() as f64;
     let mut variances = [(settings.misplacement_um / 1000.0).powi(2); 2];
     for view in &request.views {
         let (x, y) = view.direction.slope(stack.index);
-        for ((variance, slope), size) in variances.iter_mut().zip([x, y]).zip(sizes) {
+        for ((variance, slope), place) in variances.iter_mut().zip([x, y]).zip(places) {
             let nearer = match view.distance.unwrap_or(request.distance) {
                 ViewerDistance::Parallel => 0.0,
-                ViewerDistance::Millimetres(distance) => z * settings.distance_error_part * size / distance,
+                ViewerDistance::Millimetres(distance) => z * settings.distance_error_part / distance,
             };
             let turned = z * turn * (1.0 + slope * slope) / stack.index;
-            *variance += (height * slope * slope + turned * turned + nearer * nearer / 12.0) / count;
+            *variance += (height * slope * slope + turned * turned + nearer * nearer * place) / count;
         }
     }
     variances.map(|variance| variance / stack.pixel_mm().powi(2))

@@ -17,12 +17,10 @@ use crate::volume::{CHANNELS, Volume};
 /// the values in which films add up; a request that is no larger is returned as it is.
 pub(super) fn reduced(request: &DesignRequest, side_px: usize) -> DesignRequest {
     let stack = &request.stack;
-    let longer = stack.width_px.max(stack.height_px);
-    if longer <= side_px {
+    let (width_px, height_px) = reduced_size(stack, side_px);
+    if (width_px, height_px) == (stack.width_px, stack.height_px) {
         return request.clone();
     }
-    let size = |pixels: usize| ((pixels * side_px) as f64 / longer as f64).round().max(2.0) as usize;
-    let (width_px, height_px) = (size(stack.width_px), size(stack.height_px));
     let views = request.views.iter().map(|view| ViewRequest {
         id: view.id.clone(),
         pattern: averaged_in(&view.pattern, width_px, height_px, request.settings.tone),
@@ -35,6 +33,17 @@ pub(super) fn reduced(request: &DesignRequest, side_px: usize) -> DesignRequest 
         views: views.collect(),
         settings: request.settings.clone(),
         stop: request.stop.clone(),
+    }
+}
+
+/// Columns and rows of films whose longer side is reduced to `side_px` pixels.
+pub(super) fn reduced_size(stack: &Stack, side_px: usize) -> (usize, usize) {
+    let longer = stack.width_px.max(stack.height_px);
+    let size = |pixels: usize| ((pixels * side_px) as f64 / longer as f64).round().max(2.0) as usize;
+    if longer <= side_px {
+        (stack.width_px, stack.height_px)
+    } else {
+        (size(stack.width_px), size(stack.height_px))
     }
 }
 
@@ -81,30 +90,39 @@ pub(super) fn enlarged(picture: &Picture, width: usize, height: usize) -> Pictur
 
 /// Enlarges every film as [`enlarged`] does a picture.
 pub(super) fn enlarged_volume(volume: &Volume, width: usize, height: usize) -> Volume {
-    enlarged_rows(volume, width, height, 0..height)
-}
-
-/// Some rows of what [`enlarged_volume`] gives.
-pub(super) fn enlarged_rows(volume: &Volume, width: usize, height: usize, rows: Range<usize>) -> Volume {
-    let mut large = Volume::new(volume.films(), rows.len(), width);
+    let mut large = Volume::new(volume.films(), height, width);
     let from = (volume.width(), volume.height());
-    enlarge_planes(volume.values(), from, large.values_mut(), (width, height), rows);
+    enlarge_planes(volume.values(), from, large.values_mut(), (width, height));
     large
 }
 
-/// Enlarges every plane of `small`, and keeps `rows` of it in `large`; sizes are columns and rows.
-pub(super) fn enlarge_planes(
-    small: &[f32],
-    from: (usize, usize),
-    large: &mut [f32],
-    to: (usize, usize),
-    rows: Range<usize>,
-) {
-    let mut grid = Grid::new(from, to);
-    grid.rows = grid.rows[rows].to_vec();
-    let planes = large.par_chunks_exact_mut(to.0 * grid.rows.len());
-    let planes = planes.zip(small.par_chunks_exact(from.0 * from.1));
-    planes.for_each(|(large, small)| grid.enlarge(small, large));
+/// Enlarges every plane of `small` into `large`; sizes are columns and rows.
+pub(super) fn enlarge_planes(small: &[f32], from: (usize, usize), large: &mut [f32], to: (usize, usize)) {
+    Enlarging { from, held: 0..from.1, to, wanted: 0..to.1 }.planes(small, large);
+}
+
+/// From some rows of small planes to some rows of large ones; sizes are columns and rows of the whole planes.
+pub(super) struct Enlarging {
+    pub(super) from: (usize, usize),
+    /// The rows of the small planes that there are.
+    pub(super) held: Range<usize>,
+    pub(super) to: (usize, usize),
+    /// The rows of the large planes that are wanted.
+    pub(super) wanted: Range<usize>,
+}
+
+impl Enlarging {
+    /// Enlarges every plane of `small` into `large`.
+    pub(super) fn planes(&self, small: &[f32], large: &mut [f32]) {
+        let mut grid = Grid::new(self.from, self.to);
+        let (first, last) = (self.held.start, self.held.end - 1);
+        let held = |row: usize| row.clamp(first, last) - first;
+        let rows = grid.rows[self.wanted.clone()].iter();
+        grid.rows = rows.map(|&(row, next, down)| (held(row), held(next), down)).collect();
+        let planes = large.par_chunks_exact_mut(self.to.0 * self.wanted.len());
+        let planes = planes.zip(small.par_chunks_exact(self.from.0 * self.held.len()));
+        planes.for_each(|(large, small)| grid.enlarge(small, large));
+    }
 }
 
 /// Where the pixels of a large plane lie between those of a small one.

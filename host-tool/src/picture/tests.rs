@@ -169,3 +169,18 @@ fn colours_of_another_profile_become_srgb() {
     let damaged = written(Some(vec![7; 200]), pixel).unwrap_err().to_string();
     assert!(damaged.contains("ICC profile") && damaged.contains("export it as sRGB"), "{damaged}");
 }
+
+#[test]
+fn rows_of_another_size_are_those_of_a_picture_fitted_to_it() {
+    let rows = 10..37;
+    for fitted_to in [(512, 512), (700, 300)] {
+        let path = photo("cat.jpg");
+        let prepared = Picture::read_rows(&path, fitted_to.0, fitted_to.1).unwrap();
+        // The same shape: the crop does not change.
+        let size = (fitted_to.0 / 4, fitted_to.1 / 4);
+        let wanted = Picture::read_fitted(&path, size.0, size.1).unwrap().rows(rows.clone());
+        let found = prepared.rows(size, rows.clone());
+        let far = found.values().iter().zip(wanted.values()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(far < 2e-3, "{fitted_to:?}: {far}");
+    }
+}
