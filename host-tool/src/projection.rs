@@ -17,7 +17,7 @@ use crate::picture::Picture;
 use crate::simd::vectorised;
 use crate::stack::Stack;
 use crate::volume::{CHANNELS, Volume};
-use axis::Axis;
+use axis::{Axis, Part};
 
 /// Where the eye is along the line of sight.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -73,6 +73,7 @@ impl Rays {
     ) -> Self {
         let (slope_x, slope_y) = direction.slope(stack.index);
         let pixel = stack.pixel_mm();
+        let (_, whole_px) = stack.whole_size();
         let films = heights_mm
             .iter()
             .enumerate()
@@ -86,10 +87,15 @@ impl Rays {
                 let (dx, dy) = shifts_mm.get(film).copied().unwrap_or_default();
                 FilmRays {
                     columns: Axis::new(stack.width_px, scale, (z * slope_x - dx) / pixel),
-                    rows: Axis::new(
+                    rows: Axis::of_part(
                         stack.height_px,
+                        Part {
+                            whole: whole_px,
+                            picture: stack.first_picture_row(),
+                            film: stack.first_row(film),
+                        },
                         scale,
-                        -(z * slope_y - dy) / pixel + (1.0 - scale) * stack.above_middle_px,
+                        -(z * slope_y - dy) / pixel,
                     ),
                 }
             })
@@ -272,22 +278,15 @@ impl Rays {
         );
     }
 
-    /// The rows that the rows `rows` sample on any film; of the picture, where the rays were traced back.
-    pub(crate) fn reach(&self, rows: Range<usize>) -> Range<usize> {
-        let sampled = self.films.iter().flat_map(|film| rows.clone().filter_map(|row| film.rows.lower(row)));
+    /// The rows that some rows sample on any film: `rows` of them, by the film; of the picture, where the rays were
+    /// traced back.
+    pub(crate) fn reach(&self, rows: impl Fn(usize) -> Range<usize>) -> Range<usize> {
+        let films = self.films.iter().enumerate();
+        let sampled = films.flat_map(|(film, rays)| rows(film).filter_map(|row| rays.rows.lower(row)));
         let (least, most) =
             sampled.fold((usize::MAX, 0), |(least, most), row| (least.min(row), most.max(row)));
         // Each samples the row below too, which may have no weight.
         if least > most { 0..0 } else { least..(most + 2).min(self.height) }
-    }
-
-    /// The most rows by which a ray climbs or falls on its way from the picture to a film.
-    pub(crate) fn climb(&self) -> usize {
-        let films = self.films.iter();
-        let steps = films.flat_map(|film| {
-            (0..self.height).filter_map(|row| film.rows.lower(row).map(|lower| lower.abs_diff(row) + 1))
-        });
-        if self.rows_are_apart() { 0 } else { steps.max().unwrap_or_default() }
     }
 }
 

@@ -1,5 +1,7 @@
 //! The film stack: how many films, how large, how far apart, and what they absorb.
 
+use std::ops::Range;
+
 use thiserror::Error;
 
 /// The most values a volume may have, per colour, that is held in memory: 4 GiB for its three colours.
@@ -32,8 +34,8 @@ pub struct Stack {
     pub spacer_tau_uv: f64,
     /// Part of the visible light that one spacer lets through at normal incidence.
     pub spacer_tau_visible: f64,
-    /// How many rows the middle of these rows lies above that of the whole films: 0 but for a strip of them.
-    pub above_middle_px: f64,
+    /// Where these rows lie, if they are a strip of larger films.
+    pub strip: Option<StripPlace>,
     /// How far the light of one print dot spreads in its film: the standard deviation along each axis in µm.
     pub blur_um: f64,
     /// Light of the red, green and blue ink where they glow alike; 1 each where separations balance them.
@@ -41,6 +43,20 @@ pub struct Stack {
     /// Absorbance of full ink for the lamps' ultraviolet, by the natural logarithm: where it is high, more ink adds
     /// ever less light. 0 means that light is in proportion to ink.
     pub ink_absorbance: f64,
+}
+
+/// Where some rows of larger films lie.
+///
+/// A strip may lean with the rays of who looks at it: then its rows lie further down or up, film by film, by whole rows.
+/// Rows beyond the films' and the picture's edges do not exist: there is no ink in them, and nobody looks at them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StripPlace {
+    /// Rows of the whole films.
+    pub whole_px: usize,
+    /// The row of the whole picture that is this strip's first; negative above its top edge.
+    pub first_row: i64,
+    /// How many rows further down than the picture's a film's rows begin, for each mm above the middle of the stack.
+    pub rows_down_per_mm: f64,
 }
 
 /// What is wrong with the description of a stack.
@@ -69,7 +85,7 @@ impl Default for Stack {
             tau_visible: 0.90,
             spacer_tau_uv: 1.0,
             spacer_tau_visible: 1.0,
-            above_middle_px: 0.0,
+            strip: None,
             blur_um: 0.0,
             ink_yields: [1.0; 3],
             ink_absorbance: 0.0,
@@ -136,6 +152,36 @@ impl Stack {
     /// Height of film `film` above the middle of the stack in mm, toward the viewer.
     pub fn film_z_mm(&self, film: usize) -> f64 {
         ((self.films as f64 - 1.0) / 2.0 - film as f64) * self.film_pitch_mm()
+    }
+
+    /// The row of the whole films that is the first of film `film`; negative above their top edge.
+    pub fn first_row(&self, film: usize) -> i64 {
+        let first = |strip: &StripPlace| {
+            strip.first_row + (strip.rows_down_per_mm * self.film_z_mm(film)).round() as i64
+        };
+        self.strip.as_ref().map_or(0, first)
+    }
+
+    /// The rows of film `film`, by those of the whole films.
+    pub fn rows(&self, film: usize) -> Range<i64> {
+        let first = self.first_row(film);
+        first..first + self.height_px as i64
+    }
+
+    /// The row of the whole picture that is the first of the picture on the middle plane.
+    pub fn first_picture_row(&self) -> i64 {
+        self.strip.map_or(0, |strip| strip.first_row)
+    }
+
+    /// Columns and rows of the whole films.
+    pub fn whole_size(&self) -> (usize, usize) {
+        (self.width_px, self.strip.map_or(self.height_px, |strip| strip.whole_px))
+    }
+
+    /// How far the middle of the picture lies below that of the whole one, in mm.
+    pub fn below_middle_mm(&self) -> f64 {
+        let above = (self.height_px as f64 - self.whole_size().1 as f64) / 2.0;
+        (self.first_picture_row() as f64 + above) * self.pixel_mm()
     }
 
     /// Distance between the outermost films in mm.

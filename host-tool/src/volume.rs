@@ -1,5 +1,7 @@
 //! The ink values of all films.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -110,15 +112,20 @@ impl Volume {
     /// Rounds every value to one of the two that `depth` can write next to it. What a film loses by it, the
     /// film below gains: faint ink that plain rounding would wipe from every film stays in their sum.
     pub fn quantise(&mut self, depth: InkDepth) {
-        let mut carried = Carried::start(self.width, self.height, 0);
-        self.quantise_below(depth, &mut carried);
+        let mut carried = Carried::start(self.width, 0..self.height as i64);
+        self.quantise_below(depth, &mut carried, 0);
     }
 
-    /// As [`Volume::quantise`], for the films below those that left over `carried`; leaves there what these do.
-    pub fn quantise_below(&mut self, depth: InkDepth, carried: &mut Carried) {
+    /// As [`Volume::quantise`], for the films below those that left over `carried`; leaves there what these do. Row 0 of
+    /// these films lies below row `first_row` of what is carried.
+    pub fn quantise_below(&mut self, depth: InkDepth, carried: &mut Carried, first_row: i64) {
         let size = self.width * self.height;
-        for (channel, carried) in self.values.chunks_mut((self.films * size).max(1)).zip(&mut carried.0) {
-            quantise_films(channel, carried, depth);
+        if size == 0 {
+            return;
+        }
+        let first = (first_row - carried.first_row) as usize * self.width;
+        for (channel, carried) in self.values.chunks_mut((self.films * size).max(1)).zip(&mut carried.inks) {
+            quantise_films(channel, &mut carried[first..first + size], depth);
         }
     }
 
@@ -192,15 +199,20 @@ impl Volume {
     }
 }
 
-/// What the films above have lost by rounding, in steps: of each channel (row, column).
+/// What the films above have lost by rounding, in steps, on some rows.
 #[derive(Clone, Debug)]
-pub struct Carried([Vec<f32>; CHANNELS]);
+pub struct Carried {
+    first_row: i64,
+    /// Of each ink: row, column.
+    inks: [Vec<f32>; CHANNELS],
+}
 
 impl Carried {
-    /// What the top film begins from, of so many columns and rows from row `first_row` of the films on.
-    pub fn start(width: usize, height: usize, first_row: usize) -> Self {
-        let channel = start_of_carried(width * height, width, first_row);
-        Self([channel.clone(), channel.clone(), channel])
+    /// What the top film begins from, of so many columns and of these rows.
+    pub fn start(width: usize, rows: Range<i64>) -> Self {
+        let size = width * rows.clone().count();
+        let ink = start_of_carried(size, width, rows.start);
+        Self { first_row: rows.start, inks: [ink.clone(), ink.clone(), ink] }
     }
 }
 
@@ -209,9 +221,9 @@ pub(crate) fn quantise_channel(films: &mut [f32], (size, width): (usize, usize),
     quantise_films(films, &mut start_of_carried(size, width, 0), depth);
 }
 
-/// What rounding begins from on the top film.
-fn start_of_carried(size: usize, width: usize, first_row: usize) -> Vec<f32> {
-    (0..size).map(|at| dither(at % width, first_row + at / width)).collect()
+/// What rounding begins from on the top film, from row `first_row` on.
+fn start_of_carried(size: usize, width: usize, first_row: i64) -> Vec<f32> {
+    (0..size).map(|at| dither(at % width, first_row + (at / width) as i64)).collect()
 }
 
 fn quantise_films(films: &mut [f32], carried: &mut [f32], depth: InkDepth) {
@@ -249,10 +261,10 @@ fn on_step(value: f32) -> f32 {
 
 /// Returns an even spread over -0.5..0.5 in which neighbours differ much: the additive sequence of the
 /// plastic number in two dimensions (Roberts 2018).
-fn dither(column: usize, row: usize) -> f32 {
+fn dither(column: usize, row: i64) -> f32 {
     const A: f64 = 0.754_877_666_246_692_8;
     const B: f64 = 0.569_840_290_998_053_3;
-    ((column as f64 * A + row as f64 * B).fract() - 0.5) as f32
+    ((column as f64 * A + row as f64 * B).rem_euclid(1.0) - 0.5) as f32
 }
 
 #[cfg(test)]

@@ -108,17 +108,18 @@ impl GrowingFilms {
         &self.folder
     }
 
-    /// Writes the next strip, whose rows follow those of the last: its films from the top one down, some in each volume.
+    /// Writes the next strip: its films from the top one down, some at once, each a volume of the rows that follow those
+    /// of the last strip.
     ///
     /// # Errors
     /// When it cannot be written; then the films can still be gone on with.
-    pub fn push(&mut self, strip: impl IntoIterator<Item = Volume>) -> io::Result<()> {
+    pub fn push(&mut self, strip: impl IntoIterator<Item = Vec<Volume>>) -> io::Result<()> {
         let mut grown = Vec::with_capacity(self.ends.len());
         for films in strip {
-            let ends = self.ends.get(grown.len()..).unwrap_or_default();
             let first = grown.len();
-            let ends = ends.par_iter().take(films.films()).enumerate();
-            let ends = ends.map(|(index, end)| self.grow(first + index, *end, &films, index));
+            let ends = self.ends.get(first..).unwrap_or_default();
+            let ends = ends.par_iter().zip(&films).enumerate();
+            let ends = ends.map(|(index, (end, rows))| self.grow(first + index, *end, rows));
             grown.extend(ends.collect::<io::Result<Vec<_>>>()?);
         }
         self.ends = grown;
@@ -126,9 +127,9 @@ impl GrowingFilms {
         self.log(&Line::Strip(self.ends.clone()))
     }
 
-    /// Adds to film `film`, which ends at `end`, the rows of the film `index` of `films`.
-    fn grow(&self, film: usize, end: End, films: &Volume, index: usize) -> io::Result<End> {
-        let piece = compressed(films, index, self.depth);
+    /// Adds `rows` to film `film`, which ends at `end`.
+    fn grow(&self, film: usize, end: End, rows: &Volume) -> io::Result<End> {
+        let piece = compressed(rows, self.depth);
         let mut stream = match self.strips {
             0 => Stream::new(),
             _ => Stream::following(end.adler),
@@ -238,26 +239,26 @@ fn journal_lines(text: &str, fingerprint: &str, films: usize) -> (usize, Option<
     }
 }
 
-/// Bytes that a strip adds to all films.
-pub fn strip_bytes(strip: &Volume, depth: InkDepth) -> usize {
-    let added = |film: usize| chunk(*b"IDAT", &[]).len() + compressed(strip, film, depth).compressed_len();
-    (0..strip.films()).into_par_iter().map(added).sum()
+/// Bytes that these rows of some films add to their files.
+pub fn strip_bytes(films: &[Volume], depth: InkDepth) -> usize {
+    let added = |rows: &Volume| chunk(*b"IDAT", &[]).len() + compressed(rows, depth).compressed_len();
+    films.par_iter().map(added).sum()
 }
 
-fn compressed(strip: &Volume, film: usize, depth: InkDepth) -> Piece {
-    Deflater::new().piece(&filtered(strip, film, depth))
+fn compressed(rows: &Volume, depth: InkDepth) -> Piece {
+    Deflater::new().piece(&filtered(rows, depth))
 }
 
 /// The rows of one film as PNG has them before compression, each less the pixel to its left (filter 1).
-fn filtered(strip: &Volume, film: usize, depth: InkDepth) -> Vec<u8> {
+fn filtered(film: &Volume, depth: InkDepth) -> Vec<u8> {
     const SUB: u8 = 1;
     let samples: Vec<u8> = match depth {
-        InkDepth::Eight => strip.film_rgb8(film),
-        InkDepth::Sixteen => strip.film_rgb16(film).into_iter().flat_map(u16::to_be_bytes).collect(),
+        InkDepth::Eight => film.film_rgb8(0),
+        InkDepth::Sixteen => film.film_rgb16(0).into_iter().flat_map(u16::to_be_bytes).collect(),
     };
     let pixel = if depth == InkDepth::Eight { CHANNELS } else { 2 * CHANNELS };
-    let mut rows = Vec::with_capacity(samples.len() + strip.height());
-    for row in samples.chunks_exact(pixel * strip.width()) {
+    let mut rows = Vec::with_capacity(samples.len() + film.height());
+    for row in samples.chunks_exact(pixel * film.width()) {
         rows.push(SUB);
         rows.extend_from_slice(&row[..pixel]);
         rows.extend(row[pixel..].iter().zip(row).map(|(here, left)| here.wrapping_sub(*left)));
@@ -296,7 +297,6 @@ fn hash_of(path: &Path) -> io::Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::ops::Range;
 
     const FILMS: usize = 3;
     const WIDTH: usize = 7;
@@ -311,16 +311,21 @@ mod tests {
         volume
     }
 
-    fn strip(volume: &Volume, index: usize) -> Volume {
-        let rows: Range<usize> = index * STRIP..((index + 1) * STRIP).min(HEIGHT);
-        let mut strip = Volume::new(FILMS, rows.len(), WIDTH);
-        for channel in 0..CHANNELS {
-            for film in 0..FILMS {
+    /// A strip's films: each ends at rows of its own, and one begins with a strip that has none of it.
+    fn strip(volume: &Volume, index: usize) -> Vec<Volume> {
+        let films = (0..FILMS).map(|film| {
+            let edge = |strip: usize| {
+                if strip == 0 { 0 } else { (strip * STRIP + film).saturating_sub(STRIP).min(HEIGHT) }
+            };
+            let rows = edge(index)..if index == 2 { HEIGHT } else { edge(index + 1) };
+            let mut strip = Volume::new(1, rows.len(), WIDTH);
+            for channel in 0..CHANNELS {
                 let source = &volume.film(channel, film)[rows.start * WIDTH..rows.end * WIDTH];
-                strip.film_mut(channel, film).copy_from_slice(source);
+                strip.channel_mut(channel).copy_from_slice(source);
             }
-        }
-        strip
+            strip
+        });
+        films.collect()
     }
 
     fn open(folder: &Path, depth: InkDepth) -> GrowingFilms {

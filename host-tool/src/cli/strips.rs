@@ -173,10 +173,9 @@ fn foretell(
         let values = volume.channel(channel);
         values.iter().map(|&value| f64::from(value)).sum::<f64>() / values.len() as f64
     };
-    let rows = strips.rows(0).len();
     Foretold {
         strips: strips.strips(),
-        rows,
+        rows: strips.rows(),
         bytes: bytes as u64,
         minutes: seconds / 60.0,
         ink_ml: [0, 1, 2].map(|channel| mean(channel) * area_m2 * exhibit.print.ink_ml_m2),

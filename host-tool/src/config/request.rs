@@ -35,7 +35,7 @@ impl Exhibit {
             tau_visible: stack.tau_visible,
             spacer_tau_uv: stack.spacer_tau_uv,
             spacer_tau_visible: stack.spacer_tau_visible,
-            above_middle_px: 0.0,
+            strip: None,
             blur_um: stack.blur_um,
             ink_yields: stack.ink_yields,
             ink_absorbance: stack.ink_absorbance,

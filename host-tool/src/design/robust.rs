@@ -78,8 +78,8 @@ fn variances_px(request: &DesignRequest, film: usize) -> [f64; 2] {
     let height = height_variance(stack.films, film) * (settings.spacing_um / 1000.0).powi(2);
     let turn = settings.direction_error_deg.to_radians();
     // Mean squares of the picture's places about the middle of the whole films.
-    let above = stack.above_middle_px * stack.pixel_mm();
-    let places = [stack.width_mm.powi(2) / 12.0, stack.height_mm().powi(2) / 12.0 + above * above];
+    let below = stack.below_middle_mm();
+    let places = [stack.width_mm.powi(2) / 12.0, stack.height_mm().powi(2) / 12.0 + below * below];
     let count = request.views.len() as f64;
     let mut variances = [(settings.misplacement_um / 1000.0).powi(2); 2];
     for view in &request.views {

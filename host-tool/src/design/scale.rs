@@ -98,30 +98,31 @@ pub(super) fn enlarged_volume(volume: &Volume, width: usize, height: usize) -> V
 
 /// Enlarges every plane of `small` into `large`; sizes are columns and rows.
 pub(super) fn enlarge_planes(small: &[f32], from: (usize, usize), large: &mut [f32], to: (usize, usize)) {
-    Enlarging { from, held: 0..from.1, to, wanted: 0..to.1 }.planes(small, large);
+    let grid = Grid::new(from, to);
+    let planes = large.par_chunks_exact_mut(to.0 * to.1).zip(small.par_chunks_exact(from.0 * from.1));
+    planes.for_each(|(large, small)| grid.enlarge(small, large));
 }
 
-/// From some rows of small planes to some rows of large ones; sizes are columns and rows of the whole planes.
+/// From some rows of a small plane to some rows of a large one; sizes are columns and rows of the whole planes. Rows
+/// beyond these are those at their edges.
 pub(super) struct Enlarging {
     pub(super) from: (usize, usize),
-    /// The rows of the small planes that there are.
-    pub(super) held: Range<usize>,
+    /// The rows of the small plane that there are.
+    pub(super) held: Range<i64>,
     pub(super) to: (usize, usize),
-    /// The rows of the large planes that are wanted.
-    pub(super) wanted: Range<usize>,
+    /// The rows of the large plane that are wanted.
+    pub(super) wanted: Range<i64>,
 }
 
 impl Enlarging {
-    /// Enlarges every plane of `small` into `large`.
-    pub(super) fn planes(&self, small: &[f32], large: &mut [f32]) {
+    /// Enlarges `small` into `large`.
+    pub(super) fn plane(&self, small: &[f32], large: &mut [f32]) {
         let mut grid = Grid::new(self.from, self.to);
-        let (first, last) = (self.held.start, self.held.end - 1);
-        let held = |row: usize| row.clamp(first, last) - first;
-        let rows = grid.rows[self.wanted.clone()].iter();
-        grid.rows = rows.map(|&(row, next, down)| (held(row), held(next), down)).collect();
-        let planes = large.par_chunks_exact_mut(self.to.0 * self.wanted.len());
-        let planes = planes.zip(small.par_chunks_exact(self.from.0 * self.held.len()));
-        planes.for_each(|(large, small)| grid.enlarge(small, large));
+        let held =
+            |row: usize| ((row as i64).clamp(self.held.start, self.held.end - 1) - self.held.start) as usize;
+        let wanted = self.wanted.clone().map(|row| grid.rows[row.clamp(0, self.to.1 as i64 - 1) as usize]);
+        grid.rows = wanted.map(|(row, next, down)| (held(row), held(next), down)).collect();
+        grid.enlarge(small, large);
     }
 }
 

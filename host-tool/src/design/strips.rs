@@ -3,11 +3,14 @@
 //! What views cannot share lies at low frequencies, so lamps, whites and the report come of the same exhibit in small
 //! ([`StripRequest::small`]), and each strip of rows is then designed in full for these lamps.
 //!
-//! Eq. 1 looks at each voxel by itself: strips of it are, value for value, what the whole design is. The optimiser looks
-//! at neighbours. So a strip is solved with rows above and below it that are then thrown away: twice as many as any ray
-//! climbs on its way through the stack, and the reach of the structure loss. What is kept differs from the whole design
-//! only by what its far neighbours would have pulled at it.
+//! Eq. 1 looks at each voxel by itself: strips of it are, value for value, what the whole design is before rounding. The
+//! optimiser looks at neighbours. So a strip is solved with rows above and below it that are then thrown away: twice as many as any ray
+//! climbs beside it on its way through the stack, and the reach of the structure loss. What is kept differs from the whole
+//! design only by what its far neighbours would have pulled at it.
+//!
+//! Strips lean with the rays (see [`lean`]), and rounding carries along them what the films above have lost.
 
+mod lean;
 mod levels;
 
 use std::ops::Range;
@@ -20,6 +23,7 @@ use crate::picture::Picture;
 use crate::projection::Rays;
 use crate::stack::Stack;
 use crate::volume::{CHANNELS, Carried, Volume};
+use lean::{Tile, Tiles, picture_rows};
 use levels::{Level, Levels, Solved, row_bytes};
 
 /// Gives some rows of a picture at any size: sRGB code values.
@@ -41,13 +45,14 @@ pub struct StripRequest {
     pub patterns: Vec<Box<dyn PictureRows>>,
     /// The mask of each view, where it has one; grey.
     pub masks: Vec<Option<Box<dyn PictureRows>>>,
-    /// Rows of a strip.
+    /// Rows of the picture that a strip has; of each film it has as many, more or less where strips lean.
     pub rows: usize,
 }
 
 /// A design by strips, its lamps found.
 pub struct StripDesign {
     request: StripRequest,
+    tiles: Tiles,
     way: Way,
 }
 
@@ -61,7 +66,9 @@ enum Way {
 /// A strip that is designed; it gives its films from the top one down, some at a time, as they will be written.
 pub struct Strip<'a> {
     design: &'a StripDesign,
-    rows: Range<usize>,
+    tile: Tile,
+    /// The films as they lean.
+    leaning: Stack,
     found: Found<'a>,
     /// Films that were given.
     given: usize,
@@ -92,24 +99,24 @@ impl StripDesign {
         let small = &request.small;
         request.stack.clone().checked()?;
         let (design, lighting) = super::design_about(small, None, &[], report)?;
+        let tiles = Tiles::new(&request.stack, small, request.rows);
         let way = match lighting {
             Some(lighting) => {
                 Way::LeastSquares(Box::new(Levels::new(&request.stack, small, &design.volume, lighting)))
             }
             None => Way::Product(traced_back(&request.stack, small)),
         };
-        Ok((Self { request, way }, design))
+        Ok((Self { request, tiles, way }, design))
     }
 
     /// How many strips there are.
     pub fn strips(&self) -> usize {
-        self.request.stack.height_px.div_ceil(self.request.rows)
+        self.tiles.count()
     }
 
-    /// The rows of strip `strip`.
-    pub fn rows(&self, strip: usize) -> Range<usize> {
-        let first = strip * self.request.rows;
-        first..(first + self.request.rows).min(self.request.stack.height_px)
+    /// Rows of the picture that a strip has.
+    pub fn rows(&self) -> usize {
+        self.request.rows
     }
 
     /// Designs strip `strip`.
@@ -117,22 +124,24 @@ impl StripDesign {
     /// # Errors
     /// When the request is asked to stop.
     pub fn strip(&self, strip: usize, report: &mut dyn FnMut(Progress)) -> Result<Strip<'_>, DesignError> {
-        let rows = self.rows(strip);
+        let tile = self.tiles.tile(strip);
         let found = match &self.way {
-            Way::Product(rays) => Found::Product(self.seen(rays, &rows)),
-            Way::LeastSquares(levels) => Found::LeastSquares(levels.solve(&self.request, &rows, report)),
+            Way::Product(rays) => Found::Product(self.seen(rays, &tile)),
+            Way::LeastSquares(levels) => Found::LeastSquares(levels.solve(&self.request, &tile, report)),
         };
         self.request.small.go_on()?;
-        let carried = Carried::start(self.request.stack.width_px, rows.len(), rows.start);
-        Ok(Strip { design: self, rows, found, given: 0, carried })
+        let leaning = tile.leaning(&self.request.stack);
+        let rows = picture_rows(&leaning, &tile.films).unwrap_or_default();
+        let carried = Carried::start(leaning.width_px, rows);
+        Ok(Strip { design: self, tile, leaning, found, given: 0, carried })
     }
 
-    /// The parts of the patterns that Eq. 1 multiplies on some rows.
-    fn seen<'a>(&self, rays: &'a [Rays], rows: &Range<usize>) -> Vec<(&'a Rays, Range<usize>, Picture)> {
+    /// The parts of the patterns that Eq. 1 multiplies on a strip.
+    fn seen<'a>(&self, rays: &'a [Rays], tile: &Tile) -> Vec<(&'a Rays, Range<usize>, Picture)> {
         let stack = &self.request.stack;
         let views = rays.iter().zip(&self.request.patterns);
         let seen = views.map(|(rays, pattern)| {
-            let reach = rays.reach(rows.clone());
+            let reach = rays.reach(|film| tile.films[film].clone());
             let target = self.target(pattern.rows((stack.width_px, stack.height_px), reach.clone()));
             (rays, reach, target)
         });
@@ -148,44 +157,45 @@ impl StripDesign {
 }
 
 impl Strip<'_> {
-    /// The next films, as a volume of them and of the strip's rows alone, rounded to the values that will be written.
-    fn next_films(&mut self) -> Volume {
+    /// The next films, each as a volume of its rows in the strip alone, rounded to the values that will be written.
+    fn next_films(&mut self) -> Vec<Volume> {
         let stack = &self.design.request.stack;
-        let first = self.given;
-        let films = FILMS_AT_ONCE.min(stack.films - first);
-        let mut volume = Volume::new(films, self.rows.len(), stack.width_px);
-        let planes = volume.values_mut().par_chunks_mut(self.rows.len() * stack.width_px);
-        planes.enumerate().for_each(|(index, plane)| {
-            let (channel, film) = (index / films, first + index % films);
+        let films = self.given..(self.given + FILMS_AT_ONCE).min(stack.films);
+        let mut volumes: Vec<Volume> = films.clone().into_par_iter().map(|film| self.film(film)).collect();
+        for (film, volume) in films.clone().zip(&mut volumes) {
+            let first = self.tile.films[film].start as i64 - self.leaning.first_row(film);
+            volume.quantise_below(self.design.request.small.settings.ink_depth, &mut self.carried, first);
+        }
+        self.given = films.end;
+        volumes
+    }
+
+    fn film(&self, film: usize) -> Volume {
+        let rows = &self.tile.films[film];
+        let stack = &self.design.request.stack;
+        let mut volume = Volume::new(1, rows.len(), stack.width_px);
+        for channel in 0..CHANNELS {
+            let plane = volume.channel_mut(channel);
             match &self.found {
                 Found::Product(seen) => {
                     plane.fill(1.0);
                     for (rays, reach, target) in seen {
-                        rays.multiply_rows(
-                            film,
-                            self.rows.start,
-                            target.channel(channel),
-                            reach.start,
-                            plane,
-                        );
+                        rays.multiply_rows(film, rows.start, target.channel(channel), reach.start, plane);
                     }
                 }
                 Found::LeastSquares(solved) => {
-                    let size = (stack.width_px, stack.height_px);
-                    solved.write(channel, film, size, self.rows.clone(), plane);
+                    solved.write(channel, film, stack.whole_size(), rows.clone(), plane);
                 }
             }
-        });
-        volume.quantise_below(self.design.request.small.settings.ink_depth, &mut self.carried);
-        self.given += films;
+        }
         volume
     }
 }
 
 impl Iterator for Strip<'_> {
-    type Item = Volume;
+    type Item = Vec<Volume>;
 
-    fn next(&mut self) -> Option<Volume> {
+    fn next(&mut self) -> Option<Vec<Volume>> {
         (self.given < self.design.request.stack.films).then(|| self.next_films())
     }
 }
@@ -208,25 +218,33 @@ pub fn rows_within(stack: &Stack, small: &DesignRequest, memory_mib: f64) -> Opt
     let views = small.views.len();
     let pixels = stack.width_px as f64;
     let writing = FILMS_AT_ONCE as f64 * FILE_BYTES * pixels;
-    // Of each row of the strip, and whatever its rows are.
-    let (row, beside) = match small.settings.method {
+    // Where rays climb most beside their strip's line.
+    let tiles = Tiles::new(stack, small, 1);
+    let ends = [0, tiles.count() - 1].map(|end| tiles.tile(end));
+    // Bytes of each row of the strip and beside them, as often as both come together.
+    let takes = match small.settings.method {
         Method::LeastSquares => {
             let finest = Level::finest(stack, small);
-            let solved = row_bytes(&finest.stack, views);
+            let solving = row_bytes(&finest.stack, views);
             let finer = stack.height_px as f64 / finest.stack.height_px as f64;
-            let kept = (stack.films * CHANNELS * size_of::<f32>() * finest.stack.width_px) as f64;
+            let solved = (stack.films * CHANNELS * size_of::<f32>() * finest.stack.width_px) as f64;
             let held = (small.stack.film_len() * stack.films * CHANNELS * size_of::<f32>()) as f64;
-            let around = 2.0 * (finest.around + 1) as f64;
-            ((solved / finer).max(writing + kept / finer), around * solved + held)
+            let around = ends.iter().map(|end| finest.around(end)).max().unwrap_or_default();
+            let around = 2.0 * (around + 1) as f64;
+            [(solving / finer, around * solving + held), (writing + solved / finer, around * solved + held)]
         }
         Method::Product => {
-            let climbs = traced_back(stack, small).iter().map(Rays::climb).max().unwrap_or_default();
+            let climbs = ends.iter().map(|end| end.climb(stack)).max().unwrap_or_default();
             let seen = views as f64 * SEEN_BYTES * pixels;
             let rays = (views * stack.films * (stack.width_px + stack.height_px)) as f64 * RAY_BYTES;
-            (seen + writing, 2.0 * climbs as f64 * seen + rays)
+            [(seen + writing, 2.0 * climbs as f64 * seen + rays); 2]
         }
     };
-    let rows = ((memory_mib * MIB - beside) / row).max(0.0) as usize;
+    // A leaning strip is higher on some films than on others, and each of its rows may climb beside its middle one: solved
+    // with twice as many rows above and below.
+    let leans = 1.0 + 3.0 * tiles.lean().spread();
+    let rows = takes.map(|(row, beside)| ((memory_mib * MIB - beside) / (row * leans)).max(0.0) as usize);
+    let rows = rows.into_iter().min().unwrap_or_default();
     (rows > 0).then(|| rows.min(stack.height_px))
 }
 

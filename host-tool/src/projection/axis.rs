@@ -5,6 +5,7 @@
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
     len: usize,
+    part: Part,
     scale: f64,
     shift: f64,
     runs: Vec<Run>,
@@ -14,6 +15,17 @@ pub(super) struct Axis {
     lower: Vec<Option<u32>>,
     samplers: Samplers,
     identity: bool,
+}
+
+/// Which pixels of a longer axis these are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    /// Pixels of the longer axis.
+    pub(super) whole: usize,
+    /// The pixel of the whole picture at index 0; where there is none of it, nobody looks.
+    pub(super) picture: i64,
+    /// The pixel of the whole film at index 0; where there is none of it, there is no light.
+    pub(super) film: i64,
 }
 
 /// Of each film pixel: the picture indices that sample it, with their weights.
@@ -62,10 +74,16 @@ const SNAP: f64 = 1e-7;
 
 impl Axis {
     pub(super) fn new(len: usize, scale: f64, shift: f64) -> Self {
-        let middle = (len as f64 - 1.0) / 2.0;
-        let last = len as f64 - 1.0;
+        Self::of_part(len, Part { whole: len, picture: 0, film: 0 }, scale, shift)
+    }
+
+    /// As [`Axis::new`], for `len` pixels of a longer axis; `scale` and `shift` are those of the whole.
+    pub(super) fn of_part(len: usize, part: Part, scale: f64, shift: f64) -> Self {
+        let last = part.whole as f64 - 1.0;
+        let middle = last / 2.0;
         let mut axis = Self {
             len,
+            part,
             scale,
             shift,
             runs: Vec::new(),
@@ -75,14 +93,17 @@ impl Axis {
             identity: false,
         };
         for i in 0..len {
-            let position = middle + scale * (i as f64 - middle) + shift;
+            let looked_at = (part.picture + i as i64) as f64;
+            let position = middle + scale * (looked_at - middle) + shift;
             let snapped =
                 if (position - position.round()).abs() < SNAP { position.round() } else { position };
-            if !(0.0..=last).contains(&snapped) || scale <= 0.0 {
+            let held = snapped - part.film as f64;
+            let exists = [looked_at, snapped].iter().all(|at| (0.0..=last).contains(at));
+            if !exists || !(0.0..=len as f64 - 1.0).contains(&held) || scale <= 0.0 {
                 continue;
             }
-            let lower = (snapped.floor() as usize).min(len - 2);
-            axis.put(i, lower, (snapped - lower as f64) as f32);
+            let lower = (held.floor() as usize).min(len - 2);
+            axis.put(i, lower, (held - lower as f64) as f32);
         }
         for run in &mut axis.runs {
             let fractions = &axis.fraction[run.start..run.end];
@@ -124,7 +145,8 @@ impl Axis {
 
     /// Returns the axis that traces the other way: from a film's pixel to where it appears in the picture.
     pub(super) fn inverse(&self) -> Self {
-        Self::new(self.len, 1.0 / self.scale, -self.shift / self.scale)
+        let part = Part { picture: self.part.film, film: self.part.picture, ..self.part };
+        Self::of_part(self.len, part, 1.0 / self.scale, -self.shift / self.scale)
     }
 
     /// Adds `weight` times the interpolated film line to the picture line.

@@ -114,6 +114,9 @@ fn wait_for_strips(workshop: &Workshop, child: &mut Child) {
 fn an_interrupted_design_goes_on_and_ends_as_if_nothing_had_happened() {
     let workshop = Workshop::new();
     large(&workshop, "");
+    // Strips lean with the rays of a viewer so near.
+    let near = fs::read_to_string(workshop.path("exhibit.toml")).unwrap() + "[viewer]\ndistance_mm = 60\n";
+    workshop.write("exhibit.toml", near);
     workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
     let wanted = bytes(&workshop, "build");
     for signal in ["-INT", "-KILL"] {

@@ -8,14 +8,19 @@
 //! these errors, and the films are enlarged from there.
 
 use std::ops::Range;
+use std::sync::Arc;
 
+use rayon::prelude::*;
+
+use super::lean::{Tile, picture_rows};
 use super::{PictureRows, StripRequest};
 use crate::design::joint;
 use crate::design::optimise::{Lighting, improve, set_up_counting};
 use crate::design::request::{DesignRequest, Progress, ViewRequest};
 use crate::design::robust;
 use crate::design::scale::{Enlarging, reduced_size};
-use crate::stack::Stack;
+use crate::picture::Picture;
+use crate::stack::{Stack, StripPlace};
 use crate::volume::{CHANNELS, Volume};
 
 /// The least error of a film's place in pixels that are solved, where these are larger than the films' own: designs of
@@ -23,8 +28,9 @@ use crate::volume::{CHANNELS, Volume};
 const LEAST_ERROR_PX: f64 = 0.95;
 /// How far the structure loss reaches, with room for what it passes on.
 const STRUCTURE_ROWS: usize = 16;
-/// The part of a film's greatest error to which rows beyond a strip's are solved with it, in standard deviations.
-const ERRORS_AROUND: f64 = 2.0;
+/// The part of a film's greatest error to which rows beyond a strip's are solved with it, in standard deviations: twice as
+/// much made no difference.
+const ERRORS_AROUND: f64 = 1.0;
 /// A strip with pixels so much finer than where it would begin has a coarser one before it.
 const FARTHEST_START: usize = 3;
 
@@ -35,8 +41,8 @@ const ERRORS_ITERATIONS: usize = 10;
 pub(super) struct Level {
     /// The whole films.
     pub(super) stack: Stack,
-    /// Rows on either side of what is wanted that are solved with it.
-    pub(super) around: usize,
+    /// Rows on either side of what is wanted that are solved with it, beside those for the climbing of rays.
+    around: usize,
 }
 
 /// How strips are solved.
@@ -52,11 +58,9 @@ pub(super) struct Levels {
 
 /// The ink of some rows of all films.
 pub(super) struct Solved {
-    pub(super) volume: Volume,
-    /// Columns and rows of the whole films with such pixels.
-    pub(super) size: (usize, usize),
-    /// The rows of them that these are.
-    pub(super) rows: Range<usize>,
+    volume: Volume,
+    /// Films with such pixels, and which of their rows these are.
+    stack: Stack,
 }
 
 impl Level {
@@ -65,10 +69,13 @@ impl Level {
         let (width_px, height_px) = reduced_size(stack, side_px);
         let stack = Stack { width_px, height_px, ..stack.clone() };
         let whole = DesignRequest { stack: stack.clone(), ..small.clone() };
-        let climbs = small.views.iter().map(|view| whole.rays_of(view).climb());
         let astray = (ERRORS_AROUND * robust::errors_px(&whole).1).ceil() as usize;
-        let around = 2 * climbs.max().unwrap_or_default() + STRUCTURE_ROWS + astray;
-        Self { stack, around }
+        Self { stack, around: STRUCTURE_ROWS + astray }
+    }
+
+    /// Rows on either side of `tile` that are solved with it.
+    pub(super) fn around(&self, tile: &Tile) -> usize {
+        2 * tile.climb(&self.stack) + self.around
     }
 
     /// The finest pixels that are solved.
@@ -79,44 +86,98 @@ impl Level {
         Self::new(stack, (longer as f64 / grain).round() as usize, small)
     }
 
-    fn size(&self) -> (usize, usize) {
-        (self.stack.width_px, self.stack.height_px)
-    }
-
     fn longer(&self) -> usize {
         self.stack.width_px.max(self.stack.height_px)
     }
 
-    /// The rows that are solved for the sake of `rows` of films of `height` rows.
-    fn window(&self, rows: &Range<usize>, height: usize) -> Range<usize> {
-        let first = rows.start * self.stack.height_px / height;
-        let last = (rows.end * self.stack.height_px).div_ceil(height);
-        first.saturating_sub(self.around)..(last + self.around).min(self.stack.height_px)
-    }
-
-    /// The request of some rows alone.
-    fn windowed(&self, request: &StripRequest, rows: Range<usize>) -> DesignRequest {
-        let StripRequest { small, patterns, masks, .. } = request;
-        let middle = |first: usize, count: usize| first as f64 + (count as f64 - 1.0) / 2.0;
-        let views = small.views.iter().zip(patterns).zip(masks).map(|((view, pattern), mask)| {
-            let grey = |mask: &dyn PictureRows| mask.rows(self.size(), rows.clone()).channel(0).to_vec();
-            let mut windowed = ViewRequest {
-                id: view.id.clone(),
-                pattern: pattern.rows(self.size(), rows.clone()),
-                mask: mask.as_deref().map(grey),
-                ..*view
-            };
-            // Pixels count as they do in the whole picture.
-            windowed.weight *= view.mask_share() / windowed.mask_share();
-            windowed
+    /// The films of this level with the rows that are solved for the sake of `tile`, of which the rows `wanted` of each film
+    /// are needed, counted in films of `height` rows.
+    fn window(&self, tile: &Tile, wanted: &[Range<usize>], height: usize) -> Stack {
+        let mut window = tile.leaning(&self.stack);
+        let around = self.around(tile);
+        let rows = wanted.iter().map(|rows| {
+            let first = (rows.start * self.stack.height_px / height).saturating_sub(around);
+            let last = (rows.end * self.stack.height_px).div_ceil(height) + around;
+            if rows.is_empty() { 0..0 } else { first..last.min(self.stack.height_px) }
         });
-        let above_middle_px = middle(0, self.stack.height_px) - middle(rows.start, rows.len());
-        DesignRequest {
-            stack: Stack { height_px: rows.len(), above_middle_px, ..self.stack.clone() },
-            views: views.collect(),
-            ..small.clone()
+        let rows: Vec<Range<usize>> = rows.collect();
+        // Where nothing is wanted, any rows will do.
+        let Range { start: first, end: last } = picture_rows(&window, &rows).unwrap_or(0..2);
+        window.height_px = (last - first) as usize;
+        window.strip = window.strip.map(|strip| StripPlace { first_row: first, ..strip });
+        window
+    }
+}
+
+/// The request of the rows `window` of the films alone.
+fn windowed(request: &StripRequest, window: &Stack) -> DesignRequest {
+    let StripRequest { small, patterns, masks, .. } = request;
+    let views = small.views.iter().zip(patterns).zip(masks).map(|((view, pattern), mask)| {
+        let mut windowed = ViewRequest {
+            id: view.id.clone(),
+            pattern: rows_of(&**pattern, window),
+            mask: mask.as_deref().map(|mask| rows_of(mask, window).channel(0).to_vec()),
+            ..*view
+        };
+        // Pixels count as they do in the whole picture.
+        windowed.weight *= view.mask_share() / windowed.mask_share();
+        windowed
+    });
+    DesignRequest { stack: window.clone(), views: views.collect(), ..small.clone() }
+}
+
+/// The rows of a picture that `window` has on the middle plane; black beyond its edges, where nobody looks.
+fn rows_of(picture: &dyn PictureRows, window: &Stack) -> Picture {
+    let size @ (width, whole_px) = window.whole_size();
+    let (first, height) = (window.first_picture_row(), window.height_px);
+    let exists = |row: i64| row.clamp(0, whole_px as i64) as usize;
+    let existing = exists(first)..exists(first + height as i64);
+    if existing.len() == height {
+        return picture.rows(size, existing);
+    }
+    let mut placed = Picture::new(width, height);
+    if !existing.is_empty() {
+        let above = (existing.start as i64 - first) as usize * width;
+        let rows = picture.rows(size, existing);
+        for channel in 0..CHANNELS {
+            let rows = rows.channel(channel);
+            placed.channel_mut(channel)[above..above + rows.len()].copy_from_slice(rows);
         }
     }
+    placed
+}
+
+/// Whether a film of `stack` has such a row.
+fn exists(stack: &Stack, row: i64) -> bool {
+    (0..stack.whole_size().1 as i64).contains(&row)
+}
+
+/// The voxels of rows beyond the edges of the films (film, row, column), where there are some: no ink comes there.
+fn beyond_edges(stack: &Stack) -> Option<Arc<[bool]>> {
+    let rows = || (0..stack.films).flat_map(|film| stack.rows(film));
+    if rows().all(|row| exists(stack, row)) {
+        return None;
+    }
+    Some(rows().flat_map(|row| std::iter::repeat_n(!exists(stack, row), stack.width_px)).collect())
+}
+
+/// What one volume, of films `stack`, is on the rows and pixels of the films `window`.
+fn brought_to(window: &Stack, volume: &Volume, stack: &Stack) -> Volume {
+    let mut brought = Volume::new(window.films, window.height_px, window.width_px);
+    let planes = brought.values_mut().par_chunks_mut(window.film_len()).enumerate();
+    planes.for_each(|(index, plane)| {
+        let (channel, film) = (index / window.films, index % window.films);
+        enlarging(stack, film, window.whole_size(), window.rows(film))
+            .plane(volume.film(channel, film), plane);
+        let lines = plane.chunks_mut(window.width_px).zip(window.rows(film));
+        lines.filter(|(_, row)| !exists(window, *row)).for_each(|(line, _)| line.fill(0.0));
+    });
+    brought
+}
+
+/// From a film of `stack` to the rows `wanted` of one of `to` columns and rows.
+fn enlarging(stack: &Stack, film: usize, to: (usize, usize), wanted: Range<i64>) -> Enlarging {
+    Enlarging { from: stack.whole_size(), held: stack.rows(film), to, wanted }
 }
 
 impl Levels {
@@ -137,40 +198,42 @@ impl Levels {
         self.levels.iter().map(|level| level.stack.height_px).collect()
     }
 
-    /// Solves the rows `rows` of the films as they will be written.
+    /// Solves the rows of `tile`.
     pub(super) fn solve(
         &self,
         request: &StripRequest,
-        rows: &Range<usize>,
+        tile: &Tile,
         report: &mut dyn FnMut(Progress),
     ) -> Solved {
-        let mut windows = vec![(rows.clone(), request.stack.height_px)];
-        for level in self.levels.iter().rev() {
-            let (finer, height) = &windows[windows.len() - 1];
-            windows.push((level.window(finer, *height), level.stack.height_px));
-        }
-        let size = (self.start.width(), self.start.height());
-        let mut solved: Option<Solved> = None;
         let stack = &request.stack;
-        for (level, (window, _)) in self.levels.iter().zip(windows.into_iter().rev()) {
-            let request = level.windowed(request, window.clone());
-            let mut volume = Volume::new(stack.films, window.len(), level.stack.width_px);
-            let (from, held, values) = match &solved {
-                None => (size, 0..size.1, self.start.values()),
-                Some(solved) => (solved.size, solved.rows.clone(), solved.volume.values()),
+        let mut windows: Vec<Stack> = Vec::new();
+        let (mut wanted, mut height) = (tile.films.clone(), stack.height_px);
+        for level in self.levels.iter().rev() {
+            let window = level.window(tile, &wanted, height);
+            height = level.stack.height_px;
+            let row = |row: i64| row.clamp(0, height as i64) as usize;
+            let rows = (0..stack.films).map(|film| window.rows(film));
+            wanted = rows.map(|rows| row(rows.start)..row(rows.end)).collect();
+            windows.push(window);
+        }
+        let mut solved: Option<Solved> = None;
+        for window in windows.into_iter().rev() {
+            let mut volume = match &solved {
+                None => brought_to(&window, &self.start, &request.small.stack),
+                Some(solved) => brought_to(&window, &solved.volume, &solved.stack),
             };
-            let enlarging = Enlarging { from, held, to: level.size(), wanted: window.clone() };
-            enlarging.planes(values, volume.values_mut());
-            let problem = set_up_counting(&request, &self.counts, &self.lighting, None);
+            let request = windowed(request, &window);
+            let mut problem = set_up_counting(&request, &self.counts, &self.lighting, None);
+            problem.fixed = beyond_edges(&window);
             let mut effort = joint::effort(&request.settings);
-            if solved.is_some() && level.longer() < stack.width_px.max(stack.height_px) {
+            if solved.is_some() && window.width_px < stack.width_px {
                 effort.iterations = effort.iterations.min(ERRORS_ITERATIONS);
             }
             improve(&request, &problem, &mut volume, effort, report);
-            solved = Some(Solved { volume, size: level.size(), rows: window });
+            solved = Some(Solved { volume, stack: window });
         }
-        let mut solved =
-            solved.unwrap_or_else(|| Solved { volume: self.start.clone(), size, rows: 0..size.1 });
+        let start = || Solved { volume: self.start.clone(), stack: request.small.stack.clone() };
+        let mut solved = solved.unwrap_or_else(start);
         request.small.emission().turn_into_ink(solved.volume.values_mut());
         solved
     }
@@ -186,8 +249,8 @@ impl Solved {
         rows: Range<usize>,
         plane: &mut [f32],
     ) {
-        let enlarging = Enlarging { from: self.size, held: self.rows.clone(), to: size, wanted: rows };
-        enlarging.planes(self.volume.film(channel, film), plane);
+        let rows = rows.start as i64..rows.end as i64;
+        enlarging(&self.stack, film, size, rows).plane(self.volume.film(channel, film), plane);
     }
 }
 
