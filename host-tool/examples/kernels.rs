@@ -1,4 +1,4 @@
-//! Runs one kernel of the design engine some times over: `kernels NAME REPEATS`, for `benches/instructions.sh`,
+//! Runs one kernel of the design engine or of printing some times over: `kernels NAME REPEATS`, for `benches/instructions.sh`,
 //! which counts its instructions.
 
 #[path = "../tests/common/mod.rs"]
@@ -7,8 +7,11 @@ mod common;
 use std::hint::black_box;
 
 use common::{FOUR, THREE, request};
+use vitrine::chart::{Chart, Patch, Shape};
 use vitrine::design::{DesignRequest, DesignSettings, Method, OpticsModel, Tone, design, product};
+use vitrine::ink::{Halftone, Inks, Screens, Separator, SheetInks};
 use vitrine::optics::{Direction, ideal_weights};
+use vitrine::print::{Arrangement, ChartFilm, Formats, PrintJob, PrintRequest, Resolution, TiffForm};
 use vitrine::projection::{ViewerDistance, back_project, project};
 use vitrine::stack::Stack;
 use vitrine::volume::Volume;
@@ -58,6 +61,8 @@ fn kernel(name: &str) -> Box<dyn Fn()> {
             wanted.distance = ViewerDistance::Millimetres(600.0);
             designed(wanted)
         }
+        "print-error-diffusion" => printed(Halftone::ErrorDiffusion),
+        "print-blue-noise" => printed(Halftone::BlueNoise),
         other => panic!("no kernel is called {other}"),
     }
 }
@@ -83,4 +88,46 @@ fn designed(wanted: DesignRequest) -> Box<dyn Fn()> {
     Box::new(move || {
         black_box(design(&wanted, &mut |_| ()).expect("a design"));
     })
+}
+
+/// One film, as TIFF and PDF, on a printer whose dots are four times as close along its width as along its height.
+fn printed(halftone: Halftone) -> Box<dyn Fn()> {
+    const DPI: Resolution = Resolution { dpi_x: 1440.0, dpi_y: 360.0 };
+    let film = ChartFilm::new(&shades()).expect("a film");
+    let screens = Screens::new(halftone, 2, DPI.dpi_x / DPI.dpi_y);
+    let inks = SheetInks::new(Some(Separator::new(&Inks::default())), Some(screens));
+    let job = PrintJob::new(PrintRequest {
+        stack: film.stack().clone(),
+        films: vec![0],
+        exhibit: "Shades".into(),
+        volume_blake3: film.blake3(),
+        inks: ["red", "green", "blue"].map(str::to_owned),
+        resolution: DPI,
+        arrangement: Arrangement::Each,
+        marks: true,
+        mirrored: false,
+        pin_mm: 2.0,
+        profiles: None,
+    });
+    let job = job.expect("a film that fits its sheet");
+    let formats = Formats { tiff: Some(TiffForm::Fitting), pdf: true };
+    let folder = tempfile::tempdir().expect("a folder");
+    Box::new(move || {
+        let place = folder.path().join("sheets");
+        black_box(job.write(&place, formats, &|_| film.rows(), &inks, &mut |_, _| ()).expect("sheets"));
+    })
+}
+
+/// Square shades of a mm, none like the one beside it.
+fn shades() -> Chart {
+    const SIDE: usize = 35;
+    let shade = |index: usize, step: usize| (index * step % 97) as f32 / 240.0;
+    let patches = (0..SIDE * SIDE).map(|index| Patch {
+        x_mm: (index % SIDE) as f64 + 0.5,
+        y_mm: (index / SIDE) as f64 + 0.5,
+        size_mm: 1.0,
+        shape: Shape::Square,
+        coverages: [shade(index, 41), shade(index, 29), shade(index, 59)],
+    });
+    Chart { width_mm: SIDE as f64, height_mm: SIDE as f64, patches: patches.collect() }
 }

@@ -43,6 +43,9 @@ Film values become coverages of the three inks as [print] says: the stronger ink
 equally, and measured curves are undone. --as-designed prints the values themselves, for a printer that does all this. \
 With a halftone no dot carries two inks.
 
+Films are laid out to take the fewest sheets, and of a roll the least length: where that saves any, all lie a quarter turn \
+clockwise, which sheets.json says as `turned`.
+
 The inks' numbers are final: a raster image processor has to lay them as they are, without colour management. One that \
 wants to know what they mean, for a preview, gets it by --icc: an ICC profile of the light that coverages give, of the RGB \
 samples in a TIFF, and of three named inks in the output intent of a PDF and in inks.icc.

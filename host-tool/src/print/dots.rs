@@ -70,6 +70,11 @@ impl DotAxis {
         Ok(Self { pixels, dots })
     }
 
+    /// Pixels along the axis.
+    pub fn pixels(self) -> usize {
+        self.pixels
+    }
+
     /// Dots along the axis.
     pub fn dots(self) -> usize {
         self.dots

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::job::{PrintJob, Sheet};
+use super::laid::LaidRows;
 use super::pdf;
 use super::raster::Raster;
 use super::rows::{OpenFilm, SheetRows};
@@ -72,7 +73,7 @@ impl Estimate {
         let blank_bytes = (sheet_dots - dots).max(0.0) * blank * 2.0 * CHANNELS as f64;
         // Without a halftone, a pixel's rows of dots are the same.
         let halftoned = separation.top_level().is_some();
-        let rows = if halftoned { height } else { stack.height_px };
+        let rows = if halftoned { height } else { job.down.pixels() };
         let worked = (rows * width * films.len()) as f64;
         let (mut bytes, mut seconds) =
             (0.0, look.read_seconds / look.pixels.max(1) as f64 * (stack.film_len() * films.len()) as f64);
@@ -168,7 +169,7 @@ impl Look {
         separation: &dyn Separation,
     ) -> Result<Self, PrintError> {
         let mut look = Self::default();
-        let mut film_rows = open(film)?;
+        let mut film_rows = LaidRows::open(job, film, open)?;
         let sheet = job.alone(film);
         let rows = SheetRows::new(job, &sheet, separation);
         let mut layout = rows.layout(film);
@@ -176,7 +177,7 @@ impl Look {
         let tiff = TiffRows::new(&rows, width);
         let (_, pdf_form) = pdf::row_form(width, separation.top_level());
         let [mut tiff_coder, mut pdf_coder] = [tiff.form, pdf_form].map(RowCoder::new);
-        for row in 0..job.request.stack.height_px {
+        for row in 0..job.down.pixels() {
             let begun = Instant::now();
             let mut samples = film_rows.next_row()?;
             separation.separate(film, row, &mut samples);

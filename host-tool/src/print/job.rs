@@ -1,5 +1,6 @@
 //! All sheets of a stack: what is on them, and where.
 
+use kurbo::Affine;
 use miette::Diagnostic;
 use serde::Serialize;
 use thiserror::Error;
@@ -10,6 +11,7 @@ use super::layout::{Arrangement, PaperTooSmall, Pieces};
 use super::marks::Labels;
 use crate::config::Exhibit;
 use crate::stack::Stack;
+use crate::volume::CHANNELS;
 
 /// How a stack is to be printed.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +71,8 @@ pub struct PrintJob {
     pub(super) request: PrintRequest,
     pub(super) across: DotAxis,
     pub(super) down: DotAxis,
+    /// Whether films lie on their sheets a quarter turn clockwise.
+    pub(super) turned: bool,
     pub(super) sheets: Vec<Sheet>,
     pub(super) waste: f64,
 }
@@ -95,6 +99,8 @@ pub struct PlacedFilm {
 
 /// How many digits of the volume's hash the marks show.
 const SHOWN_DIGITS: usize = 12;
+/// Bytes of films that may be turned: their columns are rows of the sheet, so they are held whole.
+const MOST_TURNED_BYTES: usize = 1 << 29;
 /// The thinnest lines in mm; where dots are larger, a dot.
 const HAIRLINE_MM: f64 = 0.1;
 
@@ -126,15 +132,17 @@ impl PrintJob {
     /// When the printer is too coarse for the pixels, or the paper too small for one film.
     pub fn new(request: PrintRequest) -> Result<Self, LayoutError> {
         let (stack, resolution) = (&request.stack, request.resolution);
-        let across = DotAxis::new(stack.width_px, stack.width_mm, resolution.dpi_x)?;
-        let down = DotAxis::new(stack.height_px, stack.height_mm(), resolution.dpi_y)?;
+        // A printer too coarse for the films as they stand is told, though it may lay them on their side.
+        let upright = request.axes(false)?;
+        let turned = request.axes(true).ok().filter(|_| request.film_bytes() <= MOST_TURNED_BYTES);
         let pieces = Pieces {
             films: request.films.len(),
             width_mm: stack.width_mm,
             height_mm: stack.height_mm(),
             marks: request.marks,
         };
-        let layout = pieces.laid_out(request.arrangement)?;
+        let layout = pieces.laid_out(request.arrangement, turned.is_some())?;
+        let [across, down] = turned.filter(|_| layout.turned).unwrap_or(upright);
         let labels = request.labels();
         let border = pieces.border_mm();
         let count = layout.sheets.len();
@@ -150,7 +158,10 @@ impl PrintJob {
                 let x_dots = if request.mirrored { mirrored } else { left };
                 films.push(PlacedFilm { film: film + 1, x_dots, y_dots: resolution.y(y + border) });
                 if request.marks {
-                    labels.film(&mut drawing, film, (x, y), (pieces.width_mm, pieces.height_mm));
+                    let mut marks = Drawing::new(drawing.hairline_mm());
+                    labels.film(&mut marks, film, (pieces.width_mm, pieces.height_mm));
+                    let place = Affine::translate((x, y));
+                    drawing.add(marks, if layout.turned { place * pieces.quarter_turn() } else { place });
                 }
             }
             if let (Some(legend), [first, .., last] | [first @ last]) = (&planned.legend, films.as_slice()) {
@@ -161,7 +172,7 @@ impl PrintJob {
             }
             sheets.push(Sheet { width, height: resolution.y(planned.height_mm), films, drawing });
         }
-        Ok(Self { across, down, sheets, waste: layout.waste, request })
+        Ok(Self { across, down, turned: layout.turned, sheets, waste: layout.waste, request })
     }
 
     /// How many sheets there are.
@@ -179,7 +190,12 @@ impl PrintJob {
         &self.request
     }
 
-    /// Width and height of a film's picture in dots.
+    /// Whether films lie on their sheets a quarter turn clockwise: their upper edges to the right.
+    pub fn is_turned(&self) -> bool {
+        self.turned
+    }
+
+    /// Width and height of a film's picture in dots, as it lies on its sheet.
     pub fn film_dots(&self) -> (usize, usize) {
         (self.across.dots(), self.down.dots())
     }
@@ -193,6 +209,19 @@ impl PrintJob {
 }
 
 impl PrintRequest {
+    /// The films' axes along the sheet's width and height.
+    fn axes(&self, turned: bool) -> Result<[DotAxis; 2], TooCoarse> {
+        let (stack, Resolution { dpi_x, dpi_y }) = (&self.stack, self.resolution);
+        let (wide, high) = ((stack.width_px, stack.width_mm), (stack.height_px, stack.height_mm()));
+        let ((columns, width_mm), (rows, height_mm)) = if turned { (high, wide) } else { (wide, high) };
+        Ok([DotAxis::new(columns, width_mm, dpi_x)?, DotAxis::new(rows, height_mm, dpi_y)?])
+    }
+
+    /// Bytes of all films' samples.
+    fn film_bytes(&self) -> usize {
+        self.films.len() * self.stack.film_len() * CHANNELS * size_of::<u16>()
+    }
+
     fn labels(&self) -> Labels {
         let Resolution { dpi_x, dpi_y } = self.resolution;
         let way = if self.mirrored { "mirrored: front through the film" } else { "not mirrored" };

@@ -1,9 +1,11 @@
 //! Many films on few sheets.
 //!
-//! All pieces of a stack have the same size and stay upright, for the printer's dots are not square. So a sheet is a
-//! grid of pieces; what is left is the question where the legend (ruler, wedge, name) goes. It is tried below the grid
-//! and beside it, and the way with the fewest sheets is taken, then that with the least paper.
+//! All pieces of a stack have the same size and lie alike, so a sheet is a grid of pieces. What is left is whether they
+//! stand upright or lie a quarter turn clockwise, and where the legend (ruler, wedge, name) goes. All ways are tried: the
+//! legend below the grid and beside it, the pieces upright and turned. The way with the fewest sheets is taken, then that
+//! with the least paper, then upright.
 
+use kurbo::Affine;
 use miette::Diagnostic;
 use serde::Serialize;
 use thiserror::Error;
@@ -53,6 +55,8 @@ pub(super) struct Pieces {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Layout {
     pub(super) sheets: Vec<SheetLayout>,
+    /// Whether films lie a quarter turn clockwise.
+    pub(super) turned: bool,
     /// The part of the paper that is no film, with its marks, 0..=1.
     pub(super) waste: f64,
 }
@@ -124,23 +128,30 @@ impl Pieces {
         if self.marks { 0.0 } else { GAP_MM }
     }
 
-    /// Lays all films out.
+    /// What lays an upright piece on its side, a quarter turn clockwise: its upper left corner goes to the upper right.
+    pub(super) fn quarter_turn(&self) -> Affine {
+        Affine::new([0.0, 1.0, -1.0, 0.0, self.piece_mm().1, 0.0])
+    }
+
+    fn turned(&self) -> Self {
+        Self { width_mm: self.height_mm, height_mm: self.width_mm, ..*self }
+    }
+
+    /// Lays all films out, upright or where it `may_turn` them also turned.
     ///
     /// # Errors
     /// When the paper is too small for a single film.
-    pub(super) fn laid_out(&self, arrangement: Arrangement) -> Result<Layout, PaperTooSmall> {
-        let paper = match arrangement {
-            Arrangement::On(paper) => paper,
-            Arrangement::Each => self.own_sheet(),
+    pub(super) fn laid_out(&self, arrangement: Arrangement, may_turn: bool) -> Result<Layout, PaperTooSmall> {
+        let (paper, may_turn) = match arrangement {
+            Arrangement::On(paper) => (paper, may_turn),
+            Arrangement::Each => (self.own_sheet(), false),
         };
-        let grids = [Side::Below, Side::Beside].map(|side| self.grid(paper, side));
-        let best = grids.into_iter().filter(|grid| grid.columns * grid.rows > 0);
-        let best = best.min_by(|a, b| {
+        let best = self.grids(paper, may_turn).min_by(|a, b| {
             let cost = |grid: &Grid| (grid.sheets(self.films), grid.paper_mm2(self.films));
             let ((sheets, paper), (other_sheets, other_paper)) = (cost(a), cost(b));
             sheets.cmp(&other_sheets).then(paper.total_cmp(&other_paper))
         });
-        let grid = best.ok_or_else(|| self.too_small(paper))?;
+        let grid = best.ok_or_else(|| self.too_small(paper, may_turn))?;
         let each = match arrangement {
             Arrangement::On(_) => grid.columns * grid.rows,
             Arrangement::Each => 1,
@@ -151,7 +162,15 @@ impl Pieces {
             .collect();
         let area: f64 = sheets.iter().map(|sheet| sheet.width_mm * sheet.height_mm).sum();
         let (width, height) = self.piece_mm();
-        Ok(Layout { sheets, waste: 1.0 - self.films as f64 * width * height / area })
+        let waste = 1.0 - self.films as f64 * width * height / area;
+        Ok(Layout { sheets, turned: grid.pieces != *self, waste })
+    }
+
+    /// The ways to lay pieces on `paper` that leave room for any.
+    fn grids(&self, paper: Paper, may_turn: bool) -> impl Iterator<Item = Grid> {
+        let ways = [Some(*self), may_turn.then(|| self.turned())];
+        let sides = move |pieces: Self| [Side::Below, Side::Beside].map(|side| pieces.grid(paper, side));
+        ways.into_iter().flatten().flat_map(sides).filter(|grid| grid.columns * grid.rows > 0)
     }
 
     /// The smallest sheet that holds one film.
@@ -205,7 +224,7 @@ impl Pieces {
         }
     }
 
-    fn too_small(&self, paper: Paper) -> PaperTooSmall {
+    fn too_small(&self, paper: Paper, may_turn: bool) -> PaperTooSmall {
         let (piece_width_mm, piece_height_mm) = self.piece_mm();
         let grid = self.grid(paper, Side::Below);
         let (room_width_mm, mut room_height_mm) = grid.room_mm;
@@ -214,12 +233,12 @@ impl Pieces {
         }
         let fits = |name: &&&str| {
             let paper = name.parse().ok();
-            let grids = paper.map(|paper| [Side::Below, Side::Beside].map(|side| self.grid(paper, side)));
-            grids.is_some_and(|grids| grids.iter().any(|grid| grid.columns * grid.rows > 0))
+            paper.is_some_and(|paper| self.grids(paper, may_turn).next().is_some())
         };
         let papers =
             ["A4", "A4 landscape", "A3", "A3 landscape", "A2", "A2 landscape", "A1", "A1 landscape", "A0"];
-        let roll = piece_width_mm + SIDE_RULER_MM + 2.0 * MARGIN_MM;
+        let narrowest = if may_turn { piece_width_mm.min(piece_height_mm) } else { piece_width_mm };
+        let roll = narrowest + SIDE_RULER_MM + 2.0 * MARGIN_MM;
         let advice = match papers.iter().find(fits) {
             Some(name) => format!("paper = \"{name}\" or larger"),
             None => {
@@ -305,21 +324,41 @@ mod tests {
     #[test]
     fn the_papers_stack_goes_on_one_sheet() {
         for name in ["A4", "letter", "A3", "roll 610"] {
-            let layout = PAPER.laid_out(paper(name)).unwrap();
+            let layout = PAPER.laid_out(paper(name), true).unwrap();
             assert_eq!(layout.sheets.len(), 1, "{name}");
             assert_eq!(layout.sheets[0].places.len(), 20, "{name}");
         }
         // 20 pieces of 49 mm on 210 x 297 mm.
-        let waste = PAPER.laid_out(paper("A4")).unwrap().waste;
+        let waste = PAPER.laid_out(paper("A4"), true).unwrap().waste;
         assert!((waste - (1.0 - 20.0 * 49.0 * 49.0 / (210.0 * 297.0))).abs() < 1e-12);
         // A roll is no longer than it has to be: two rows of twelve, and the legend.
-        let roll = PAPER.laid_out(paper("roll 610")).unwrap();
+        let roll = PAPER.laid_out(paper("roll 610"), true).unwrap();
         assert!((roll.sheets[0].height_mm - (2.0 * 49.0 + LEGEND_MM + 10.0)).abs() < 1e-9);
     }
 
     #[test]
+    fn films_are_turned_where_that_saves_paper() {
+        // By hand, of 200 x 287 mm inside the margins, less 24 mm of legend and 4 mm of ruler: of 114 x 64 mm one goes
+        // beside another nowhere and four go below each other, of 64 x 114 mm three and two.
+        let wide = Pieces { width_mm: 100.0, height_mm: 50.0, ..PAPER };
+        for (may_turn, sheets) in [(false, 5), (true, 4)] {
+            let layout = wide.laid_out(paper("A4"), may_turn).unwrap();
+            assert_eq!((layout.sheets.len(), layout.turned), (sheets, may_turn));
+        }
+        let long = Pieces { width_mm: 60.0, height_mm: 120.0, ..PAPER };
+        // On a roll of 610 mm: eight columns and three rows of 134 mm, or four columns and five rows of 74 mm.
+        let roll = long.laid_out(paper("roll 610"), true).unwrap();
+        assert!(roll.turned && (roll.sheets[0].height_mm - (5.0 * 74.0 + LEGEND_MM + 10.0)).abs() < 1e-9);
+        // Nothing is turned for nothing, and a film that only lies on its side does.
+        assert!(!Pieces { films: 2, ..long }.laid_out(paper("A4"), true).unwrap().turned);
+        let wide = Pieces { width_mm: 240.0, ..long };
+        assert!(wide.laid_out(paper("A4"), false).is_err());
+        assert!(wide.laid_out(paper("A4"), true).unwrap().turned);
+    }
+
+    #[test]
     fn every_film_may_have_a_sheet_of_its_own() {
-        let layout = PAPER.laid_out(Arrangement::Each).unwrap();
+        let layout = PAPER.laid_out(Arrangement::Each, true).unwrap();
         assert_eq!(layout.sheets.len(), 20);
         let legend = layout.sheets[0].legend.unwrap();
         assert!(legend.length_mm >= 100.0 && legend.side_ruler.2 >= 100.0, "{legend:?}");
@@ -328,23 +367,25 @@ mod tests {
     #[test]
     fn a_paper_that_is_too_small_is_refused_with_one_that_is_not() {
         let large = Pieces { width_mm: 250.0, height_mm: 250.0, ..PAPER };
-        let error = large.laid_out(paper("A4")).unwrap_err();
+        let error = large.laid_out(paper("A4"), true).unwrap_err();
         assert_eq!((error.piece_width_mm, error.advice.as_str()), (264.0, "paper = \"A3\" or larger"));
         let signage = Pieces { width_mm: 841.0, height_mm: 1189.0, ..PAPER };
-        let error = signage.laid_out(paper("A0")).unwrap_err();
+        let error = signage.laid_out(paper("A0"), true).unwrap_err();
         assert!(error.advice.contains("\"roll 869\""), "{}", error.advice);
-        assert_eq!(signage.laid_out(paper("roll 869")).unwrap().sheets.len(), 20);
+        assert_eq!(signage.laid_out(paper("roll 869"), true).unwrap().sheets.len(), 20);
     }
 
     proptest! {
         #[test]
         fn films_lie_inside_the_margins_and_not_upon_each_other(
-            films in 1..60usize, width_mm in 5.0..120.0f64, height_mm in 5.0..120.0f64, marks: bool, name in 0..5usize
+            films in 1..60usize, width_mm in 5.0..120.0f64, height_mm in 5.0..120.0f64, marks: bool, may_turn: bool,
+            name in 0..5usize
         ) {
             let pieces = Pieces { films, width_mm, height_mm, marks };
             let arrangement = [paper("A4"), paper("A3 landscape"), paper("letter"), paper("roll 432"), Arrangement::Each];
-            let layout = pieces.laid_out(arrangement[name]).unwrap();
-            let (width, height) = pieces.piece_mm();
+            let layout = pieces.laid_out(arrangement[name], may_turn).unwrap();
+            prop_assert!(may_turn || !layout.turned);
+            let (width, height) = if layout.turned { pieces.turned() } else { pieces }.piece_mm();
             let mut next = 0;
             for sheet in &layout.sheets {
                 for (index, &(film, x, y)) in sheet.places.iter().enumerate() {

@@ -26,30 +26,23 @@ const WEDGE_STEPS: usize = 10;
 const RULER_MM: f64 = 100.0;
 
 impl Labels {
-    /// Draws the marks of film `film` (0 on top), whose piece has its upper left corner at (x, y) and whose picture is
+    /// Draws the marks of film `film` (0 on top), whose piece has its upper left corner at the origin and whose picture is
     /// `width` x `height`.
-    pub(super) fn film(
-        &self,
-        drawing: &mut Drawing,
-        film: usize,
-        (x, y): (f64, f64),
-        (width, height): (f64, f64),
-    ) {
-        let (right, bottom) = (x + width + 2.0 * BORDER_MM, y + height + 2.0 * BORDER_MM);
+    pub(super) fn film(&self, drawing: &mut Drawing, film: usize, (width, height): (f64, f64)) {
+        let (right, bottom) = (width + 2.0 * BORDER_MM, height + 2.0 * BORDER_MM);
         let half = BORDER_MM / 2.0;
-        for (corner_x, inward_x) in [(x, half), (right, -half)] {
-            for (corner_y, inward_y) in [(y, half), (bottom, -half)] {
+        for (corner_x, inward_x) in [(0.0, half), (right, -half)] {
+            for (corner_y, inward_y) in [(0.0, half), (bottom, -half)] {
                 drawing.cross(corner_x, corner_y, 2.0);
                 let (hole_x, hole_y) = (corner_x + inward_x, corner_y + inward_y);
                 drawing.ring(hole_x, hole_y, self.pin_mm / 2.0);
                 drawing.cross(hole_x, hole_y, self.pin_mm / 2.0 * 0.6);
             }
         }
-        let middle_y = (y + bottom) / 2.0;
-        drawing.target(x + half, middle_y, 2.2);
-        drawing.target(right - half, middle_y, 2.2);
-        self.head(drawing, film, x + BORDER_MM, y, width);
-        self.caption(drawing, film, x + BORDER_MM, bottom - BORDER_MM, width);
+        drawing.target(half, bottom / 2.0, 2.2);
+        drawing.target(right - half, bottom / 2.0, 2.2);
+        self.head(drawing, film, BORDER_MM, 0.0, width);
+        self.caption(drawing, film, BORDER_MM, bottom - BORDER_MM, width);
     }
 
     /// Above the picture: which way is up, which side is the front, and the collation mark. In a stack in order these

@@ -10,6 +10,7 @@ mod dots;
 mod drawing;
 mod estimate;
 mod job;
+mod laid;
 mod layout;
 mod lettering;
 mod marks;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::job::{PlacedFilm, PrintJob, Sheet};
+use super::laid::LaidRows;
 use super::raster::{Raster, Span};
 use super::separation::{Dot, Halftone, Run, Separation};
 use crate::build_folder::{FilmRows, OpenError};
@@ -233,7 +234,7 @@ struct Feeder<'a> {
     rows: &'a SheetRows<'a>,
     place: PlacedFilm,
     open: OpenFilm<'a>,
-    film: Option<FilmRows>,
+    film: Option<LaidRows>,
     /// Pixel rows that were read.
     read: usize,
     pixels: Arc<[Run]>,
@@ -257,7 +258,7 @@ impl<'a> Feeder<'a> {
         while self.read <= pixel {
             let film = match &mut self.film {
                 Some(film) => film,
-                None => self.film.insert((self.open)(self.place.film - 1)?),
+                None => self.film.insert(LaidRows::open(job, self.place.film - 1, self.open)?),
             };
             let mut samples = film.next_row()?;
             self.rows.separation.separate(self.place.film - 1, self.read, &mut samples);

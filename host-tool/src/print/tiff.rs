@@ -41,7 +41,7 @@ pub(super) fn write<W: Write + Seek>(
     let (job, _, sheet) = place;
     // A pixel's dots take at most six bytes and the reference that repeats them; a halftone's are all different.
     let film_rows = sheet.films.len() as u64 * job.down.dots() as u64;
-    let (pixels, dots) = (job.request.stack.width_px as u64, job.across.dots() as u64);
+    let (pixels, dots) = (job.across.pixels() as u64, job.across.dots() as u64);
     let most = film_rows * if halftoned { dots * 6 } else { pixels * 9 };
     if form == TiffForm::Big || most > CLASSIC_BYTES {
         let encoder = TiffEncoder::new_generic(out).map_err(PrintError::Tiff)?;

@@ -98,9 +98,12 @@ pub struct SheetsFile {
     /// The file of the inks' ICC profile, where one was wanted.
     #[serde(skip_serializing_if = "Option::is_none")]
     profile: Option<&'static str>,
-    /// A film's picture.
+    /// A film's picture, as it lies on its sheet.
     pub film_dots: [usize; 2],
+    /// The same upright.
     film_pixels: [usize; 2],
+    /// Whether films lie a quarter turn clockwise.
+    turned: bool,
     /// The part of the paper that is no film with its marks.
     pub waste: f64,
     /// The sheets in order.
@@ -148,6 +151,7 @@ impl PrintJob {
             profile: request.profiles.as_ref().map(|_| PROFILE),
             film_dots: [width, height],
             film_pixels: [request.stack.width_px, request.stack.height_px],
+            turned: self.turned,
             waste: self.waste,
             sheets: sheets.collect(),
         }

@@ -38,6 +38,40 @@ fn sheets_are_written_whole_with_their_description() {
 }
 
 #[test]
+fn films_that_lie_on_their_side_to_save_paper_come_back_pixel_by_pixel() {
+    let workshop = Workshop::built();
+    // Of 34 x 29 mm two go beside each other, of 29 x 34 mm three: three rows of 34 mm are less than four of 29 mm.
+    for (way, mirrored) in [("--format=tiff", false), ("--mirrored", true)] {
+        let finished = print(&workshop, &["--paper", "roll 102", "--json", way]);
+        let told: Value = serde_json::from_str(&finished.stdout).unwrap();
+        assert_eq!(told["turned"], true, "{told}");
+        assert!(
+            (told["sheets"][0]["mm"][1].as_f64().unwrap() - (3.0 * 34.0 + 40.0 + 10.0)).abs() < 0.1,
+            "{told}"
+        );
+        let sheet = image::open(workshop.path("sheets/sheet-01.tif")).unwrap().into_rgb16();
+        let [wide, high] = [0, 1].map(|axis| told["film_dots"][axis].as_u64().unwrap() as u32);
+        for place in told["sheets"][0]["films"].as_array().unwrap() {
+            let [number, left, top] =
+                ["film", "x_dots", "y_dots"].map(|key| place[key].as_u64().unwrap() as u32);
+            let film = workshop.path(&format!("build/films/film-{number:02}.png"));
+            for (column, row, pixel) in image::open(film).unwrap().to_rgb8().enumerate_pixels() {
+                // Up is to the right.
+                let across = (2 * (47 - row) + 1) * wide / (2 * 48);
+                let across = if mirrored { wide - 1 - across } else { across };
+                let down = (2 * column + 1) * high / (2 * 64);
+                let ink = sheet.get_pixel(left + across, top + down).0.map(|sample| u16::MAX - sample);
+                assert_eq!(
+                    ink,
+                    pixel.0.map(|value| u16::from(value) * 257),
+                    "film {number}: {column}, {row}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn the_ink_is_the_films_mean_on_their_area() {
     let workshop = Workshop::built();
     let told: Value = serde_json::from_str(&print(&workshop, &["--dry-run", "--json"]).stdout).unwrap();
@@ -72,11 +106,11 @@ fn what_cannot_be_printed_is_refused_with_a_way_out_and_leaves_nothing() {
         assert!(finished.stderr.contains(code), "{more:?}: {}", finished.stderr);
         assert!(finished.stderr.contains(advice), "{more:?}: {}", finished.stderr);
     }
-    workshop.write("exhibit.toml", SMALL.replace("width_mm = 20.0", "width_mm = 240.0"));
+    workshop.write("exhibit.toml", SMALL.replace("width_mm = 20.0", "width_mm = 320.0"));
     workshop.succeed(&["design", "exhibit.toml", "-o", "build"]);
     let finished = workshop.run(&["print", "build", "-o", "sheets"]);
     assert_eq!(finished.code, Some(1), "{}", finished.stderr);
-    for text in ["vitrine::print::paper_too_small", "254.0 x 194.0 mm", "paper = \"A4 landscape\""] {
+    for text in ["vitrine::print::paper_too_small", "334.0 x 254.0 mm", "paper = \"A3\""] {
         assert!(finished.stderr.contains(text), "{text}: {}", finished.stderr);
     }
     let usage = workshop.run(&["print", "build", "-o", "sheets", "--dpi", "10x720"]);
