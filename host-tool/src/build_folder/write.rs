@@ -124,6 +124,7 @@ pub struct Beside<'a> {
 pub struct Inputs {
     /// Their names in the manifest, and where they are.
     files: Vec<(String, PathBuf)>,
+    exhibit_toml: Option<PathBuf>,
 }
 
 impl Inputs {
@@ -138,7 +139,13 @@ impl Inputs {
             let name = path.strip_prefix(folder).unwrap_or(path);
             (portable_name(name), path.clone())
         }));
-        Self { files }
+        Self { files, exhibit_toml: exhibit_toml.map(Path::to_owned) }
+    }
+
+    /// Where the pictures and models are: all files but exhibit.toml.
+    pub fn shown(&self) -> impl Iterator<Item = &Path> {
+        let shown = self.files.iter().filter(|(_, path)| self.exhibit_toml.as_ref() != Some(path));
+        shown.map(|(_, path)| path.as_path())
     }
 
     /// BLAKE3 of all files, however long, by their names.
@@ -196,7 +203,7 @@ pub fn write(
 }
 
 /// Puts a build by strips into its place: the films that have grown, and beside them what the same exhibit in small,
-/// `request` and `design`, says of it.
+/// `request` and `design`, says of it, and what there is `beside`.
 ///
 /// # Errors
 /// Fails when `place` is taken by something else and when anything cannot be written; then the films can be gone on with.
@@ -205,6 +212,7 @@ pub fn write_grown(
     inputs: &Inputs,
     exhibit: &Exhibit,
     (request, design): (&DesignRequest, &Design),
+    beside: Beside<'_>,
     growing: GrowingFilms,
 ) -> Result<Report, BuildError> {
     check_place(place)?;
@@ -218,7 +226,7 @@ pub fn write_grown(
         of_the_page: films_of_the_page.iter().map(Vec::as_slice).collect(),
         hashes: grown.files,
     };
-    let (report, files) = described(inputs, exhibit, request, Beside::default(), design, films)?;
+    let (report, files) = described(inputs, exhibit, request, beside, design, films)?;
     for (name, bytes) in &files {
         let path = folder.join(name);
         let written = path.parent().map_or(Ok(()), std::fs::create_dir_all).and_then(|()| {

@@ -114,10 +114,10 @@ impl Design {
     pub(super) fn run(self, output: Output) -> Result<(), Report> {
         let depth = if self.bits == "16" { InkDepth::Sixteen } else { InkDepth::Eight };
         let exhibit = config::load(&self.exhibit)?;
+        let source =
+            Source { exhibit: &exhibit, exhibit_toml: Some(&self.exhibit), folder: folder_of(&self.exhibit) };
         let report = if self.strips || strips::are_needed(&exhibit) {
-            let outcome =
-                design_by_strips(&exhibit, &self.exhibit, &self.output, depth, self.dry_run, output)?;
-            match outcome {
+            match design_by_strips(&source, &self.output, depth, self.dry_run, output)? {
                 Outcome::Foretold(foretold) => {
                     output.result(&foretold, || foretold.to_string());
                     return Ok(());
@@ -125,11 +125,6 @@ impl Design {
                 Outcome::Designed(report) => *report,
             }
         } else if self.dry_run {
-            let source = Source {
-                exhibit: &exhibit,
-                exhibit_toml: Some(&self.exhibit),
-                folder: folder_of(&self.exhibit),
-            };
             let foretold = source.foretell(&self.output, depth)?;
             output.result(&foretold, || foretold.to_string());
             return Ok(());
@@ -185,6 +180,7 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 }
 
 /// An exhibit to be designed.
+#[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub(super) exhibit: &'a Exhibit,
     /// The file that says so, where there is one.
@@ -214,8 +210,7 @@ impl Source<'_> {
         }
         output.note(&format!("needs at most about {} MiB of memory", allowed_memory_mib(exhibit, &request)?));
         let similarity = exhibit.design.adapt.then_some(exhibit.design.adapt_similarity);
-        let path = self.exhibit_toml.unwrap_or(Path::new("the exhibit"));
-        let (adapted, designed) = stoppable(path, &request.stop, || {
+        let (adapted, designed) = stoppable(self.name(), &request.stop, || {
             let report = &mut |step| progress.report(step);
             let adapted = similarity.map(|similarity| adapt(&request, similarity, report)).transpose()?;
             let wanted = adapted.as_ref().map_or(&request, |adapted| &adapted.request);
@@ -252,13 +247,23 @@ impl Source<'_> {
         Ok(Foretold { films: self.exhibit.stack.films, pixels: [width, height], memory_mib })
     }
 
+    /// What the exhibit is called where something is wrong with it.
+    pub(super) fn name(&self) -> &Path {
+        self.exhibit_toml.unwrap_or(Path::new("the exhibit"))
+    }
+
+    /// Where the object's model is.
+    pub(super) fn model(&self) -> PathBuf {
+        let object = self.exhibit.object.as_ref();
+        self.folder.join(object.map_or(Path::new(""), |object| &object.model))
+    }
+
     /// Lays the exhibit's object into the films, where there is one.
-    fn slice(&self, progress: &mut Progress) -> Result<Option<Sliced>, Report> {
+    pub(super) fn slice(&self, progress: &mut Progress) -> Result<Option<Sliced>, Report> {
         let Some(object) = &self.exhibit.object else { return Ok(None) };
         progress.report(design::Progress::at("slicing the object", 0, 1));
         let stack = self.exhibit.film_stack();
-        let model = self.folder.join(&object.model);
-        Ok(Some(object::slice(&model, object, &stack, &self.exhibit.sights())?))
+        Ok(Some(object::slice(&self.model(), object, &stack, &self.exhibit.sights())?))
     }
 }
 

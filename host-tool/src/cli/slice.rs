@@ -7,8 +7,8 @@ use miette::{Diagnostic, Report};
 use thiserror::Error;
 use vitrine::build_folder::check_place;
 use vitrine::config::{
-    self, CentreSetting, Exhibit, HiddenSetting, LARGEST_POINT_MM, MOST_VOXELS, ObjectSettings, UNIT_MM,
-    parse_colour,
+    self, CentreSetting, Exhibit, HiddenSetting, LARGEST_POINT_MM, MOST_VOXELS_ON_DISK, ObjectSettings,
+    UNIT_MM, parse_colour,
 };
 use vitrine::object;
 use vitrine::plain;
@@ -16,6 +16,7 @@ use vitrine::volume::InkDepth;
 
 use super::design::{Effort, FEW_STACKS, Source, folder_of, told_written};
 use super::output::Output;
+use super::strips::{self, Outcome, design_by_strips};
 
 /// Lay a 3D model into the films, and write them to a build folder.
 #[derive(Args)]
@@ -29,6 +30,9 @@ Examples:
 
 It reads PLY, OBJ, glTF, GLB, STL, LAS, LAZ, and text of x y z r g b on each line. A model fills the stack unless --unit-mm says what its unit is. \
 x is to the right, y up, z toward the viewer. What lies outside of the stack is counted and told.
+
+Films too large for memory are laid by strips of rows, for each of which the model is read again. They grow in BUILD.unfinished; \
+Ctrl-C or a loss of power costs one strip, and the same command goes on.
 
 With --exhibit, everything else is as that exhibit.toml says; options given here count more.")]
 pub(super) struct Slice {
@@ -111,9 +115,9 @@ struct Colour(Option<[u8; 3]>);
 /// Why a model is not sliced.
 #[derive(Debug, Error, Diagnostic)]
 enum SliceFailure {
-    #[error("{films} films of {width} x {height} pixels are more than {MOST_VOXELS} voxels")]
+    #[error("the films have {voxels} voxels, and can have {MOST_VOXELS_ON_DISK}")]
     #[diagnostic(code("vitrine::slice::too_many_voxels"), help("give fewer --films or --pixels"))]
-    TooManyVoxels { films: u32, width: u32, height: u32 },
+    TooManyVoxels { voxels: u64 },
 }
 
 impl Slice {
@@ -121,15 +125,27 @@ impl Slice {
         let exhibit = self.exhibit()?;
         let folder = self.exhibit.as_deref().map_or(Path::new(""), folder_of);
         let source = Source { exhibit: &exhibit, exhibit_toml: self.exhibit.as_deref(), folder };
-        let Some(place) = self.output.as_deref().filter(|_| !self.dry_run) else {
-            self.output.as_deref().map_or(Ok(()), check_place)?;
+        let depth = if self.bits == "16" { InkDepth::Sixteen } else { InkDepth::Eight };
+        let place = self.output.as_deref();
+        if strips::are_needed(&exhibit) {
+            let place = place.unwrap_or(Path::new("build"));
+            match design_by_strips(&source, place, depth, self.dry_run, output)? {
+                Outcome::Foretold(foretold) => output.result(&foretold, || foretold.to_string()),
+                Outcome::Designed(report) => {
+                    output.result(&report, || report.summary());
+                    told_written(place, output);
+                }
+            }
+            return Ok(());
+        }
+        let Some(place) = place.filter(|_| !self.dry_run) else {
+            place.map_or(Ok(()), check_place)?;
             let settings = exhibit.object.clone().unwrap_or_default();
             let report =
                 object::slice(&settings.model, &settings, &exhibit.film_stack(), &exhibit.sights())?.report;
             output.result(&report, || report.summary());
             return Ok(());
         };
-        let depth = if self.bits == "16" { InkDepth::Sixteen } else { InkDepth::Eight };
         let report = source.design(place, depth, Effort { iterations: None, stacks: FEW_STACKS }, output)?;
         output.result(&report, || report.summary());
         told_written(place, output);
@@ -157,9 +173,10 @@ impl Slice {
         stack.width_mm = self.width_mm.unwrap_or(stack.width_mm);
         stack.pixels = self.pixels.unwrap_or(stack.pixels);
         stack.spacer_mm = self.spacer_mm.unwrap_or(stack.spacer_mm);
-        let (films, [width, height]) = (stack.films, stack.pixels);
-        if u64::from(films) * u64::from(width) * u64::from(height) > MOST_VOXELS {
-            return Err(SliceFailure::TooManyVoxels { films, width, height }.into());
+        let voxels =
+            stack.pixels.iter().map(|side| u64::from(*side)).product::<u64>() * u64::from(stack.films);
+        if voxels > MOST_VOXELS_ON_DISK {
+            return Err(SliceFailure::TooManyVoxels { voxels }.into());
         }
         Ok(exhibit)
     }
@@ -198,8 +215,8 @@ fn number(text: &str, [least, most]: [f64; 2]) -> Result<f64, String> {
 fn pixels(text: &str) -> Result<[u32; 2], String> {
     let (width, height) = text.split_once(['x', 'X']).unwrap_or((text, text));
     let side = |text: &str| match text.parse() {
-        Ok(side @ 8..=16_384) => Ok(side),
-        _ => Err("give 8 to 16384 pixels a side: 300, or 512x256".to_owned()),
+        Ok(side @ 8..=65_536) => Ok(side),
+        _ => Err("give 8 to 65536 pixels a side: 300, or 512x256".to_owned()),
     };
     Ok([side(width)?, side(height)?])
 }

@@ -35,7 +35,7 @@ pub use reader::closest;
 pub use request::distance;
 pub use schema::schema;
 pub use tables::LONGEST_NAME;
-pub use tables::MOST_VOXELS;
+pub use tables::MOST_VOXELS_ON_DISK;
 pub use zone::{ZoneError, time_zone};
 
 #[cfg(test)]

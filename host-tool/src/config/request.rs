@@ -158,7 +158,7 @@ impl Exhibit {
     }
 
     /// The same exhibit with at most `longer_px` pixels along its films' longer side.
-    fn in_small(&self, longer_px: u32) -> Self {
+    pub fn in_small(&self, longer_px: u32) -> Self {
         let [width, height] = self.stack.pixels;
         let longer = width.max(height);
         let less = |pixels: u32| {

@@ -105,7 +105,7 @@ fn special(table: &str, key: &str) -> Value {
     let texts = json!({ "type": "array", "items": { "type": "string" } });
     match (table, key) {
         ("[stack]", "pixels") => {
-            let side = json!({ "type": "integer", "minimum": 8, "maximum": 16_384 });
+            let side = json!({ "type": "integer", "minimum": 8, "maximum": 65_536 });
             json!({ "anyOf": [side, { "type": "array", "items": side, "minItems": 2, "maxItems": 2 }] })
         }
         (_, "distance_mm") => number_or("parallel"),

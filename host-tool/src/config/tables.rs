@@ -17,12 +17,9 @@ use super::problem::Problems;
 use super::reader::{Bounds, TableReader, as_number, as_whole};
 use super::{ink, materials};
 use crate::print::Paper;
-use crate::stack::MOST_VOXELS_IN_MEMORY;
 
-/// The most values a volume may have, per colour, that is held in memory.
-pub const MOST_VOXELS: u64 = MOST_VOXELS_IN_MEMORY as u64;
 /// The most values a volume may have, per colour: 400 GB of films as 16-bit RGB.
-const MOST_ON_DISK: u64 = 64_000_000_000;
+pub const MOST_VOXELS_ON_DISK: u64 = 64_000_000_000;
 /// The longest name the plan holds, in bytes.
 pub const LONGEST_NAME: usize = 48;
 
@@ -83,9 +80,10 @@ pub(super) fn stack(mut reader: TableReader<'_>, problems: &mut Problems) -> Sta
         ),
     };
     let voxels = u64::from(stack.films) * u64::from(pixels[0]) * u64::from(pixels[1]);
-    if voxels > MOST_ON_DISK {
+    if voxels > MOST_VOXELS_ON_DISK {
         let message = format!("{films} films of {} x {} pixels are {voxels} voxels", pixels[0], pixels[1]);
-        let help = format!("give fewer pixels or films: at most {MOST_ON_DISK} voxels fit onto a disk");
+        let help =
+            format!("give fewer pixels or films: at most {MOST_VOXELS_ON_DISK} voxels fit onto a disk");
         reader.report_value(reader.span(), message, help);
     }
     reader.finish(problems);

@@ -4,6 +4,8 @@
 //! line of sight and m = 1 - z sqrt(1 + s^2 + t^2) / D for a viewer at distance D, 1 for one far away. It is seen where no
 //! voxel of a film above appears in the same pixel; it is hidden where no view sees it.
 
+use std::ops::Range;
+
 use super::layers::Layers;
 use crate::optics::Direction;
 use crate::projection::ViewerDistance;
@@ -18,32 +20,45 @@ pub struct Sight {
     pub distance: ViewerDistance,
 }
 
-/// Takes away what no view sees; returns how many voxels that were.
+/// Takes away what no view sees; returns how many voxels that were. Where only some rows are kept, what is
+/// [`rows_around`] within their edges may be hidden by what is not.
 pub(super) fn remove(layers: &Layers, stack: &Stack, sights: &[Sight]) -> u64 {
     let taken = layers.occupied();
     let mut seen = vec![false; taken.len()];
     for sight in sights {
-        see(&taken, &mut seen, stack, sight);
+        see(&taken, &mut seen, (stack, layers.rows()), sight);
     }
     let hidden = taken.iter().zip(&seen).enumerate().filter(|(_, (taken, seen))| **taken && !**seen);
     hidden.map(|(voxel, _)| layers.clear(voxel)).count() as u64
 }
 
-/// Notes which of the `taken` voxels (film, row, column) are seen.
-fn see(taken: &[bool], seen: &mut [bool], stack: &Stack, sight: &Sight) {
-    let size = stack.film_len();
-    let mut before = vec![false; 0];
+/// How many rows away what hides a voxel may lie.
+pub(super) fn rows_around(stack: &Stack, sights: &[Sight]) -> usize {
+    let appearances =
+        sights.iter().flat_map(|sight| (0..stack.films).map(|film| Appearance::of(stack, film, sight)));
+    let climb = appearances.map(|film| film.moved_px(stack, &(0..stack.height_px))[1]).fold(0.0, f64::max);
+    2 * climb.ceil() as usize + 1
+}
+
+/// Notes which of the `taken` voxels (film, row, column) of some rows are seen.
+fn see(taken: &[bool], seen: &mut [bool], (stack, rows): (&Stack, Range<usize>), sight: &Sight) {
+    let size = stack.width_px * rows.len();
     let films: Vec<Appearance> = (0..stack.films).map(|film| Appearance::of(stack, film, sight)).collect();
-    let margin = films.iter().map(|film| film.margin_px(stack)).fold(0.0, f64::max).ceil() as usize + 1;
-    let (width, height) = (stack.width_px + 2 * margin, stack.height_px + 2 * margin);
-    before.resize(width * height, false);
+    let moved = films.iter().flat_map(|film| film.moved_px(stack, &rows));
+    let margin = moved.fold(0.0, f64::max).ceil() as usize + 1;
+    let (width, height) = (stack.width_px + 2 * margin, rows.len() + 2 * margin);
+    let mut before = vec![false; width * height];
     for (film, appearance) in films.iter().enumerate() {
         let here = film * size..(film + 1) * size;
         let voxels = || taken[here.clone()].iter().enumerate().filter(|(_, taken)| **taken);
         let pixel = |at: usize| {
-            let place = appearance.place(stack, at % stack.width_px, at / stack.width_px);
-            let [column, row] = place.map(|value| (value.round() + margin as f64).max(0.0) as usize);
-            row.min(height - 1) * width + column.min(width - 1)
+            let [column, row] =
+                appearance.place(stack, at % stack.width_px, rows.start + at / stack.width_px);
+            let from = |place: f64, first: usize, count: usize| {
+                let index = (place.round() + margin as f64 - first as f64).max(0.0) as usize;
+                index.min(count - 1)
+            };
+            from(row, rows.start, height) * width + from(column, 0, width)
         };
         for (at, _) in voxels() {
             seen[here.start + at] |= !before[pixel(at)];
@@ -81,13 +96,13 @@ impl Appearance {
         [along(column, stack.width_px, self.shift[0]), along(row, stack.height_px, self.shift[1])]
     }
 
-    /// How far beyond the film's edges its pixels appear.
-    fn margin_px(&self, stack: &Stack) -> f64 {
-        let corners = [[0, 0], [stack.width_px - 1, stack.height_px - 1]];
-        let beyond = corners.into_iter().flat_map(|[column, row]| {
+    /// How far at most the pixels of these rows appear from where they are, to a side and up or down.
+    fn moved_px(&self, stack: &Stack, rows: &Range<usize>) -> [f64; 2] {
+        let corners = [(0, rows.start), (stack.width_px - 1, rows.end.saturating_sub(1))];
+        let moved = corners.map(|(column, row)| {
             let [x, y] = self.place(stack, column, row);
-            [-x, -y, x - stack.width_px as f64, y - stack.height_px as f64]
+            [(x - column as f64).abs(), (y - row as f64).abs()]
         });
-        beyond.fold(0.0, f64::max)
+        [0, 1].map(|axis| moved[0][axis].max(moved[1][axis]))
     }
 }

@@ -1,5 +1,9 @@
 //! The films as layers of space: which point goes to which pixel of which film.
 
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 use rayon::prelude::*;
@@ -19,8 +23,6 @@ use super::texture::Texture;
 
 /// Values of a point's height within its layer that are told apart, so that the nearest of several in one place stays.
 const NEARNESSES: f64 = 254.0;
-/// Voxels that one task of the thread pool looks at.
-const VOXELS_AT_ONCE: usize = 1 << 16;
 
 /// The films as layers of space, to which points are given.
 ///
@@ -30,6 +32,8 @@ const VOXELS_AT_ONCE: usize = 1 << 16;
 ///
 /// A voxel keeps one point: the one nearest to the viewer in its layer, and of several as near the brightest (the
 /// largest as a number 0xRRGGBB). That is the same in whatever order points come.
+///
+/// Films too large for memory are kept some rows at a time; what is counted, is counted on all of them.
 pub struct Layers {
     stack: Stack,
     placement: Placement,
@@ -42,7 +46,9 @@ pub struct Layers {
     depth_dither: bool,
     /// The colour of everything, where one is chosen.
     colour: Option<[u8; 3]>,
-    /// Of each voxel (film, row, column): 0, or the point's nearness times 2^24 and its colour.
+    /// The rows that are kept, from the top.
+    rows: Range<usize>,
+    /// Of each voxel (film, row, column) of these: 0, or the point's nearness times 2^24 and its colour.
     voxels: Vec<AtomicU32>,
     /// Where lines of sight cross meshes, where they are filled.
     crossings: Option<Crossings>,
@@ -119,6 +125,16 @@ struct Cell {
 impl Layers {
     /// Films of `stack` without any point.
     pub fn new(stack: &Stack, placement: Placement, settings: &ObjectSettings) -> Self {
+        Self::of_rows(stack, placement, settings, 0..stack.height_px)
+    }
+
+    /// As [`Layers::new`], but only the voxels of `rows` are kept.
+    pub(super) fn of_rows(
+        stack: &Stack,
+        placement: Placement,
+        settings: &ObjectSettings,
+        rows: Range<usize>,
+    ) -> Self {
         let half = stack.films as f64 / 2.0;
         let pitch_mm = stack.film_pitch_mm();
         let empty = |count: usize| (0..count).map(|_| AtomicU32::new(0)).collect();
@@ -129,9 +145,10 @@ impl Layers {
             half_height_mm: stack.height_mm() / 2.0,
             radius_px: settings.point_mm / 2.0 / stack.pixel_mm(),
             depth_dither: settings.depth_dither,
-            voxels: empty(stack.films * stack.film_len()),
+            voxels: empty(stack.films * stack.width_px * rows.len()),
             colour: settings.colour,
-            crossings: settings.filled.then(|| Crossings::new(stack.width_px, stack.height_px, stack.films)),
+            crossings: settings.filled.then(|| Crossings::new(stack.width_px, rows.len(), stack.films)),
+            rows,
             counts: Counts::default(),
             on_film: (0..stack.films).map(|_| AtomicU64::new(0)).collect(),
             stack: stack.clone(),
@@ -159,28 +176,33 @@ impl Layers {
 
     /// How many voxels of each film hold a point, film 1 first.
     pub fn voxels_of_films(&self) -> Vec<u64> {
-        let films = self.voxels.par_chunks(self.stack.film_len());
+        let films = self.voxels.par_chunks(self.film_len().max(1));
         let taken = |voxel: &&AtomicU32| voxel.load(Ordering::Relaxed) != 0;
         films.map(|voxels| voxels.iter().filter(taken).count() as u64).collect()
+    }
+
+    /// The rows that are kept, from the top.
+    pub(super) fn rows(&self) -> Range<usize> {
+        self.rows.clone()
     }
 
     /// Fills the inside of meshes, where that is wanted, with the colour of the surface before it; returns in how many
     /// columns of voxels they are not closed.
     pub(super) fn fill(&self) -> u64 {
         let Some(crossings) = &self.crossings else { return 0 };
-        let rows = (0..self.stack.height_px).into_par_iter();
-        rows.map(|up| {
-            (0..self.stack.width_px).filter(|column| !self.fill_column(crossings, *column, up)).count() as u64
+        let rows = self.rows.clone().into_par_iter();
+        rows.map(|row| {
+            (0..self.stack.width_px).filter(|column| !self.fill_column(crossings, *column, row)).count()
+                as u64
         })
         .sum()
     }
 
     /// Fills one column; returns whether the mesh is closed there.
-    fn fill_column(&self, crossings: &Crossings, column: usize, up: usize) -> bool {
-        let row = self.stack.height_px - 1 - up;
-        let Some(inside) = crossings.inside(column, up) else { return false };
+    fn fill_column(&self, crossings: &Crossings, column: usize, row: usize) -> bool {
+        let Some(inside) = crossings.inside(column, self.rows.end - 1 - row) else { return false };
         let at = |film: usize| {
-            let voxel = (film * self.stack.height_px + row) * self.stack.width_px + column;
+            let voxel = film * self.film_len() + (row - self.rows.start) * self.stack.width_px + column;
             &self.voxels[voxel]
         };
         let (mut film, mut colour) = (0, None);
@@ -199,33 +221,54 @@ impl Layers {
         true
     }
 
-    /// Takes the point of a voxel (film, row, column) away.
+    /// Takes the point of a voxel (film, kept row, column) away.
     pub(super) fn clear(&self, voxel: usize) {
         self.voxels[voxel].store(0, Ordering::Relaxed);
     }
 
-    /// Whether each voxel (film, row, column) holds a point.
+    /// Whether each voxel (film, kept row, column) holds a point.
     pub fn occupied(&self) -> Vec<bool> {
         self.voxels.iter().map(|voxel| voxel.load(Ordering::Relaxed) != 0).collect()
     }
 
+    /// Whether each voxel (film, row, column) of some of the rows that are kept holds a point.
+    pub(super) fn occupied_of(&self, rows: Range<usize>) -> Vec<bool> {
+        let (width, first) = (self.stack.width_px, rows.start - self.rows.start);
+        let films = self.voxels.chunks(self.film_len().max(1));
+        let voxels = films.flat_map(|film| film.iter().skip(first * width).take(rows.len() * width));
+        voxels.map(|voxel| voxel.load(Ordering::Relaxed) != 0).collect()
+    }
+
     /// The ink of the films: what the points' colours stand for in the values in which films add up.
     pub fn volume(&self, tone: Tone) -> Volume {
-        let mut volume = Volume::new(self.stack.films, self.stack.height_px, self.stack.width_px);
+        self.volume_of(tone, 0..self.stack.films, self.rows.clone())
+    }
+
+    /// As [`Layers::volume`], of some films and some of the rows that are kept.
+    pub(super) fn volume_of(&self, tone: Tone, films: Range<usize>, rows: Range<usize>) -> Volume {
+        let width = self.stack.width_px;
+        let mut volume = Volume::new(films.len(), rows.len(), width);
         let ink: Vec<f32> = (0..=u8::MAX)
             .map(|code| f32::from(code) / 255.0)
             .map(|code| if tone == Tone::Linear { srgb_decode(code) } else { code })
             .collect();
         for channel in 0..CHANNELS {
-            let values = volume.channel_mut(channel).par_chunks_mut(VOXELS_AT_ONCE);
-            values.zip(self.voxels.par_chunks(VOXELS_AT_ONCE)).for_each(|(values, voxels)| {
-                for (value, voxel) in values.iter_mut().zip(voxels) {
+            let lines = volume.channel_mut(channel).par_chunks_mut(width).enumerate();
+            lines.for_each(|(line, values)| {
+                let (film, row) = (films.start + line / rows.len(), rows.start + line % rows.len());
+                let first = film * self.film_len() + (row - self.rows.start) * width;
+                for (value, voxel) in values.iter_mut().zip(&self.voxels[first..]) {
                     let colour = voxel.load(Ordering::Relaxed) >> (8 * (CHANNELS - 1 - channel));
                     *value = ink[(colour & 0xff) as usize];
                 }
             });
         }
         volume
+    }
+
+    /// Voxels of one film that are kept.
+    fn film_len(&self) -> usize {
+        self.stack.width_px * self.rows.len()
     }
 
     fn count(&self, index: usize, more: u64) {
@@ -268,7 +311,10 @@ impl Layers {
 
     #[inline]
     fn mark_voxel(&self, film: usize, row: usize, column: usize, nearness: u8, [red, green, blue]: [u8; 3]) {
-        let voxel = (film * self.stack.height_px + row) * self.stack.width_px + column;
+        if !self.rows.contains(&row) {
+            return;
+        }
+        let voxel = (film * self.rows.len() + row - self.rows.start) * self.stack.width_px + column;
         let value = u32::from_be_bytes([nearness, red, green, blue]);
         self.voxels[voxel].fetch_max(value, Ordering::Relaxed);
     }
@@ -316,18 +362,23 @@ impl Layers {
         }
     }
 
+    /// The rows that are kept, counted from the lowest of the film.
+    fn kept_up(&self) -> Range<usize> {
+        self.stack.height_px - self.rows.end..self.stack.height_px - self.rows.start
+    }
+
     /// Marks the pixels whose centres lie within the point's radius, and the one that it lies in.
     #[inline]
     fn mark(&self, cell: &Cell, colour: [u8; 3]) {
         self.mark_voxel(cell.film, cell.row, cell.column, cell.nearness, colour);
         if self.radius_px > 0.0 {
             let (width, height) = (self.stack.width_px, self.stack.height_px);
-            let span = |middle: f64, count: usize| {
-                let first = (middle - self.radius_px - 0.5).ceil().max(0.0) as usize;
-                first..((middle + self.radius_px - 0.5).floor() + 1.0).clamp(0.0, count as f64) as usize
+            let span = |middle: f64, kept: Range<usize>| {
+                let first = (middle - self.radius_px - 0.5).ceil().max(kept.start as f64) as usize;
+                first..((middle + self.radius_px - 0.5).floor() + 1.0).clamp(0.0, kept.end as f64) as usize
             };
-            for up in span(cell.up_px, height) {
-                for column in span(cell.across_px, width) {
+            for up in span(cell.up_px, self.kept_up()) {
+                for column in span(cell.across_px, 0..width) {
                     let (dx, dy) = (column as f64 + 0.5 - cell.across_px, up as f64 + 0.5 - cell.up_px);
                     if dx * dx + dy * dy <= self.radius_px * self.radius_px {
                         self.mark_voxel(cell.film, height - 1 - up, column, cell.nearness, colour);
@@ -364,6 +415,8 @@ impl Sink for Layers {
 
     fn triangles(&self, triangles: &[Triangle], texture: Option<&Texture>) {
         let mut counts = [0; 3];
+        let up = self.kept_up();
+        let kept = [up.start as f64, up.end as f64];
         for triangle in triangles {
             let placed = triangle.map(|corner| self.in_voxels(corner));
             if !placed.iter().flat_map(|corner| corner.position).all(f64::is_finite) {
@@ -371,10 +424,10 @@ impl Sink for Layers {
                 continue;
             }
             if let Some(crossings) = &self.crossings {
-                crossings.cross(&placed);
+                crossings.cross(&placed.map(|corner| lowered(corner, up.start)));
             }
-            match sample(&placed, self.size(), texture, &mut |place, colour| self.mark_sample(place, colour))
-            {
+            let mark = &mut |place, colour| self.mark_sample(place, colour);
+            match sample(&placed, self.size(), kept, texture, mark) {
                 Inside::Whole => {}
                 Inside::Part => counts[0] += 1,
                 Inside::Nothing => counts[1] += 1,
@@ -385,6 +438,12 @@ impl Sink for Layers {
         self.count(TRIANGLES_OUTSIDE, counts[1]);
         self.count(TRIANGLES_NOT_FINITE, counts[2]);
     }
+}
+
+/// The corner so many rows further down.
+fn lowered(corner: Corner, rows: usize) -> Corner {
+    let [x, y, z] = corner.position;
+    Corner { position: [x, y - rows as f64, z], ..corner }
 }
 
 /// How near to the viewer something lies in its layer, `part` of the way up: 1 to 255.
@@ -398,148 +457,4 @@ fn threshold(column: usize, row: usize) -> f64 {
     const A: f64 = 0.754_877_666_246_692_8;
     const B: f64 = 0.569_840_290_998_053_3;
     (column as f64 * A + row as f64 * B).fract()
-}
-
-#[cfg(test)]
-mod tests {
-    use std::collections::BTreeMap;
-
-    use super::*;
-    use crate::config::CentreSetting;
-    use crate::object::shape::Box3;
-    use proptest::prelude::*;
-
-    /// 4 films of 8 x 6 pixels of 0.25 mm, 0.5 mm apart: 2 x 1.5 x 2 mm in numbers that are exact.
-    fn stack() -> Stack {
-        Stack {
-            films: 4,
-            width_px: 8,
-            height_px: 6,
-            width_mm: 2.0,
-            film_mm: 0.25,
-            spacer_mm: 0.25,
-            ..Stack::default()
-        }
-    }
-
-    fn in_mm() -> ObjectSettings {
-        ObjectSettings { unit_mm: Some(1.0), centre: CentreSetting::Origin, ..ObjectSettings::default() }
-    }
-
-    fn layers(settings: &ObjectSettings, points: &[Point]) -> Layers {
-        let placement = Placement::new(settings, &Box3::EMPTY, &stack());
-        let layers = Layers::new(&stack(), placement, settings);
-        points.par_chunks(7).for_each(|points| layers.points(points));
-        layers
-    }
-
-    fn point(position: Vector) -> Point {
-        Point { position, colour: [10, 20, 30] }
-    }
-
-    #[test]
-    fn a_point_goes_to_the_film_of_the_papers_rule() {
-        for (z, film) in [
-            (-1.0, Some(3)),
-            (-0.501, Some(3)),
-            (-0.5, Some(2)),
-            (0.0, Some(1)),
-            (0.499, Some(1)),
-            (0.5, Some(0)),
-            (0.999, Some(0)),
-            (1.0, None),
-            (-1.001, None),
-        ] {
-            let layers = layers(&in_mm(), &[point([0.0, 0.0, z])]);
-            let points: Vec<u64> = (0..4).map(|index| u64::from(Some(index) == film)).collect();
-            assert_eq!(layers.points_of_films(), points, "z = {z}");
-            assert_eq!(layers.tally().outside, u64::from(film.is_none()), "z = {z}");
-        }
-    }
-
-    #[test]
-    fn x_is_to_the_right_and_y_up() {
-        // 0.25 mm right of the left edge and below the upper one: column 1, row 0 holds its lower edge.
-        let layers = layers(&in_mm(), &[point([-0.75, 0.5, 0.75])]);
-        let taken: Vec<usize> =
-            layers.occupied().iter().enumerate().filter(|(_, taken)| **taken).map(|(at, _)| at).collect();
-        assert_eq!(taken, [1]);
-        let volume = layers.volume(Tone::Code);
-        assert_eq!(volume.film_rgb8(0)[3..6], [10, 20, 30]);
-        let light = layers.volume(Tone::Linear).film(2, 0)[1];
-        assert!((light - srgb_decode(30.0 / 255.0)).abs() < 1e-6);
-    }
-
-    #[test]
-    fn a_point_has_the_diameter_that_is_asked_for() {
-        let settings = ObjectSettings { point_mm: 0.6, ..in_mm() };
-        // In the middle of a pixel: its four neighbours' middles are 0.25 mm away, the corners' 0.35 mm.
-        let layers = layers(&settings, &[point([0.125, 0.125, 0.25])]);
-        assert_eq!(layers.voxels_of_films().iter().sum::<u64>(), 5);
-        assert_eq!(layers.tally().on_films, 1);
-    }
-
-    #[test]
-    fn dithering_spreads_a_plane_over_the_two_films_beside_it() {
-        let settings = ObjectSettings { depth_dither: true, ..in_mm() };
-        let plane = |z: f64| {
-            let place = |at: usize| point([(at % 8) as f64 * 0.25 - 0.9, (at / 8) as f64 * 0.25 - 0.6, z]);
-            layers(&settings, &(0..48).map(place).collect::<Vec<_>>()).points_of_films()
-        };
-        // Films lie at 0.75, 0.25, -0.25, -0.75 mm.
-        assert_eq!(plane(0.25), [0, 48, 0, 0]);
-        let [upper, lower] = [plane(0.375)[0], plane(0.375)[1]];
-        assert_eq!(upper + lower, 48);
-        assert!((10..=14).contains(&upper), "{upper}");
-        assert_eq!(plane(0.9), [48, 0, 0, 0]);
-        assert_eq!(plane(-0.9), [0, 0, 0, 48]);
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(48))]
-        /// Against a map filled point by point; points come in any order, on any number of threads.
-        #[test]
-        fn the_nearest_point_of_a_voxel_stays(
-            drawn in proptest::collection::vec(
-                (proptest::array::uniform3(-1.3f64..1.3), any::<[u8; 3]>(), 0u8..20), 0..200),
-        ) {
-            let points: Vec<Point> = drawn
-                .iter()
-                .map(|(position, colour, kind)| match kind {
-                    0 => Point { position: [position[0], f64::NAN, 0.0], colour: *colour },
-                    1 => Point { position: [f64::INFINITY, 0.0, 0.0], colour: *colour },
-                    _ => Point { position: *position, colour: *colour },
-                })
-                .collect();
-            let mut wanted: BTreeMap<[i64; 3], (i64, [u8; 3])> = BTreeMap::new();
-            let mut tally = Tally::default();
-            for point in &points {
-                let [x, y, z] = point.position;
-                if !(x.is_finite() && y.is_finite() && z.is_finite()) {
-                    tally.not_finite += 1;
-                    continue;
-                }
-                let at = [(z + 1.0) / 0.5, (y + 0.75) / 0.25, (x + 1.0) / 0.25];
-                let cell = at.map(|value| value.floor() as i64);
-                if !(0..4).contains(&cell[0]) || !(0..6).contains(&cell[1]) || !(0..8).contains(&cell[2]) {
-                    tally.outside += 1;
-                    continue;
-                }
-                tally.on_films += 1;
-                let key = ((at[0].fract() * 254.0) as i64, point.colour);
-                let kept = wanted.entry(cell).or_insert(key);
-                *kept = (*kept).max(key);
-            }
-            let layers = layers(&in_mm(), &points);
-            prop_assert_eq!(layers.tally(), tally);
-            prop_assert_eq!(layers.voxels_of_films().iter().sum::<u64>(), wanted.len() as u64);
-            let volume = layers.volume(Tone::Code);
-            for ([layer, up, column], (_, colour)) in wanted {
-                let pixel = ((5 - up) * 8 + column) as usize;
-                prop_assert_eq!(&volume.film_rgb8(3 - layer as usize)[3 * pixel..][..3], &colour);
-            }
-            let backwards: Vec<Point> = points.iter().rev().copied().collect();
-            prop_assert_eq!(super::tests::layers(&in_mm(), &backwards).volume(Tone::Code), volume);
-        }
-    }
 }

@@ -1,5 +1,6 @@
 //! From a model in a file to films.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -91,73 +92,83 @@ pub fn slice(
     sights: &[Sight],
 ) -> Result<Sliced, ModelError> {
     let model = Model::open(path)?;
-    let Laid { layers, placement, turned, mut notes } = lay(&model, settings, stack)?;
-    let tally = layers.tally();
+    let laid = lay(&model, settings, stack, 0..stack.height_px)?;
+    let mut report = laid.report(settings);
+    let layers = laid.layers;
     let open_columns = layers.fill();
     if open_columns > 0 {
-        notes.push(format!(
+        report.notes.push(format!(
             "the mesh is not closed in {open_columns} of {} columns of voxels: nothing is filled there",
             stack.film_len()
         ));
     }
-    let hidden_voxels = match settings.hidden {
-        HiddenSetting::Keep => 0,
-        HiddenSetting::Remove => hidden::remove(&layers, stack, sights),
-    };
-    let voxels_of_films = layers.voxels_of_films();
-    let voxels: u64 = voxels_of_films.iter().sum();
-    if voxels == 0 {
+    if settings.hidden == HiddenSetting::Remove {
+        report.hidden_voxels = hidden::remove(&layers, stack, sights);
+    }
+    report.voxels_of_films = layers.voxels_of_films();
+    report.voxels = report.voxels_of_films.iter().sum();
+    if report.voxels == 0 {
         return Err(ModelError::Empty {
             path: path.to_owned(),
-            why: tally.in_words(),
+            why: report.tally.in_words(),
             help: "let `unit_mm` be \"fit\" and `centre` be \"box\" in [object]: the model then fills the stack",
         });
     }
-    if settings.colour.is_some() {
-        notes.retain(|note| !note.contains("colours"));
-    }
-    let size_mm = (!turned.is_empty()).then(|| turned.size().map(|size| size * placement.unit_mm));
-    let report = ObjectReport {
-        model: portable_name(&settings.model),
-        unit_mm: placement.unit_mm,
-        size_mm,
-        tally,
-        voxels,
-        voxels_of_films,
-        hidden_voxels,
-        points_of_films: layers.points_of_films(),
-        notes,
-    };
     Ok(Sliced { layers, report, files: model.files() })
 }
 
 /// A model in the films, as it was read.
-struct Laid {
+pub(super) struct Laid {
     layers: Layers,
-    placement: Placement,
+    pub(super) placement: Placement,
     /// The box around the turned model; empty where it did not matter.
     turned: Box3,
     notes: Vec<String>,
 }
 
 impl Laid {
+    /// What became of the model but for its voxels.
+    pub(super) fn report(&self, settings: &ObjectSettings) -> ObjectReport {
+        let mut notes = self.notes.clone();
+        if settings.colour.is_some() {
+            notes.retain(|note| !note.contains("colours"));
+        }
+        let unit_mm = self.placement.unit_mm;
+        ObjectReport {
+            model: portable_name(&settings.model),
+            unit_mm,
+            size_mm: (!self.turned.is_empty()).then(|| self.turned.size().map(|size| size * unit_mm)),
+            tally: self.layers.tally(),
+            voxels: 0,
+            voxels_of_films: Vec::new(),
+            hidden_voxels: 0,
+            points_of_films: self.layers.points_of_films(),
+            notes,
+        }
+    }
+
     /// Lays what `read` gives into empty films.
     fn read(
-        (settings, stack): (&ObjectSettings, &Stack),
+        (settings, stack, rows): (&ObjectSettings, &Stack, &Range<usize>),
         turned: Box3,
         read: impl FnOnce(&Layers) -> Result<Vec<String>, ModelError>,
     ) -> Result<Self, ModelError> {
         let placement = Placement::new(settings, &turned, stack);
-        let layers = Layers::new(stack, placement, settings);
+        let layers = Layers::of_rows(stack, placement, settings, rows.clone());
         let notes = read(&layers)?;
         Ok(Self { layers, placement, turned, notes })
     }
 }
 
-/// Lays `model` into films; one whose box has to be known is read twice, unless its file tells of it or it is a cloud that
-/// is kept.
-fn lay(model: &Model, settings: &ObjectSettings, stack: &Stack) -> Result<Laid, ModelError> {
-    let place = (settings, stack);
+/// Lays `model` into films of which `rows` are kept; one whose box has to be known is read twice, unless its file tells of
+/// it or it is a cloud that is kept.
+pub(super) fn lay(
+    model: &Model,
+    settings: &ObjectSettings,
+    stack: &Stack,
+    rows: Range<usize>,
+) -> Result<Laid, ModelError> {
+    let place = (settings, stack, &rows);
     if !Placement::needs_box(settings) {
         return Laid::read(place, Box3::EMPTY, |layers| model.read(layers));
     }

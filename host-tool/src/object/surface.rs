@@ -11,6 +11,8 @@
 //! so that neighbouring samples are at most half a voxel apart along each axis and no voxel that the surface crosses by
 //! more than that is left out. Light is interpolated between the corners and multiplied with the texture's.
 
+use std::ops::RangeInclusive;
+
 use super::shape::{Corner, Triangle, Vector};
 use super::texture::Texture;
 use crate::picture::srgb_encode;
@@ -30,10 +32,11 @@ pub(super) enum Inside {
 }
 
 /// Samples the triangle, its positions in voxels from the box's corner, within `0..=size`; `mark` is given each sample's
-/// position and its colour as sRGB code values.
+/// position and its colour as sRGB code values. Samples whose second coordinate is not within `kept` may be left out.
 pub(super) fn sample(
     triangle: &Triangle,
     size: Vector,
+    kept: [f64; 2],
     texture: Option<&Texture>,
     mark: &mut impl FnMut(Vector, [u8; 3]),
 ) -> Inside {
@@ -43,12 +46,21 @@ pub(super) fn sample(
         return Inside::Nothing;
     }
     for [second, third] in rest.array_windows() {
-        sample_whole(&[*first, *second, *third], texture, mark);
+        sample_whole(&[*first, *second, *third], kept, texture, mark);
     }
     if polygon == triangle { Inside::Whole } else { Inside::Part }
 }
 
-fn sample_whole(triangle: &Triangle, texture: Option<&Texture>, mark: &mut impl FnMut(Vector, [u8; 3])) {
+fn sample_whole(
+    triangle: &Triangle,
+    kept: [f64; 2],
+    texture: Option<&Texture>,
+    mark: &mut impl FnMut(Vector, [u8; 3]),
+) {
+    let up = triangle.map(|corner| corner.position[1]);
+    if up.iter().all(|up| *up < kept[0]) || up.iter().all(|up| *up > kept[1]) {
+        return;
+    }
     let [a, b, c] = with_shortest_edge_last(triangle);
     let longer = extent(&a, &b).max(extent(&a, &c));
     let rows = (SAMPLES * longer).ceil().max(1.0);
@@ -57,7 +69,7 @@ fn sample_whole(triangle: &Triangle, texture: Option<&Texture>, mark: &mut impl 
         let s = row as f64 / rows;
         let (left, right) = (between(&a, &b, s), between(&a, &c, s));
         let columns = (SAMPLES * extent(&left, &right)).ceil().max(1.0);
-        for column in 0..=columns as u64 {
+        for column in kept_columns(left.position[1], right.position[1], columns, kept) {
             let corner = between(&left, &right, column as f64 / columns);
             let light = match texture {
                 Some(texture) => {
@@ -69,6 +81,19 @@ fn sample_whole(triangle: &Triangle, texture: Option<&Texture>, mark: &mut impl 
             mark(corner.position, light.map(|light| (srgb_encode(light) * 255.0).round() as u8));
         }
     }
+}
+
+/// Of the samples 0 to `columns` between two heights, those within `kept`, with one more on either side.
+fn kept_columns(left: f64, right: f64, columns: f64, kept: [f64; 2]) -> RangeInclusive<u64> {
+    let lies_beside = left.max(right) < kept[0] || left.min(right) > kept[1];
+    if lies_beside || left == right {
+        let (first, last) = if lies_beside { (1, 0) } else { (0, columns as u64) };
+        return first..=last;
+    }
+    let ends = kept.map(|height| (height - left) / (right - left) * columns);
+    let first = (ends[0].min(ends[1]).floor() - 1.0).clamp(0.0, columns);
+    let last = (ends[0].max(ends[1]).ceil() + 1.0).clamp(0.0, columns);
+    first as u64..=last as u64
 }
 
 /// How far apart samples lie in the texture, as parts of its width and height.
@@ -145,7 +170,7 @@ mod tests {
 
     fn voxels(triangle: &Triangle, size: Vector) -> (Inside, BTreeSet<[i64; 3]>) {
         let mut found = BTreeSet::new();
-        let inside = sample(triangle, size, None, &mut |position, colour| {
+        let inside = sample(triangle, size, [0.0, size[1]], None, &mut |position, colour| {
             assert_eq!(colour, [255; 3]);
             found.insert(position.map(|value| value.floor() as i64));
         });

@@ -133,3 +133,38 @@ fn an_interrupted_design_goes_on_and_ends_as_if_nothing_had_happened() {
         assert!(!workshop.path("build.unfinished").exists());
     }
 }
+
+#[test]
+fn an_object_alone_is_laid_by_strips_and_told_of_as_it_is() {
+    let workshop = Workshop::new();
+    let at = |index: usize, factor: usize| (index * factor % 997) as f64 / 997.0 - 0.5;
+    let point = |index: usize| {
+        let [x, y, z] = [at(index, 331), at(index, 577), at(index, 89)];
+        format!("{x} {y} {z} {} {} {}\n", index % 256, index * 7 % 256, index * 31 % 256)
+    };
+    workshop.write("cloud.xyz", (0..3000).map(point).collect::<String>());
+    let exhibit = |memory: &str| {
+        format!(
+            "[stack]\nfilms = 8\npixels = [300, 420]\nwidth_mm = 20.0\n[object]\nmodel = \"cloud.xyz\"\nhidden = \"remove\"\n\
+             point_mm = 0.2\n[design]\n{memory}"
+        )
+    };
+    workshop.write("whole.toml", exhibit(""));
+    workshop.succeed(&["design", "whole.toml", "-o", "whole"]);
+    workshop.write("exhibit.toml", exhibit("memory_mib = 16\n"));
+    let told = workshop.succeed(&["design", "exhibit.toml", "-o", "strips", "--dry-run", "--json"]);
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert!(told["strips"].as_u64().unwrap() > 2 && told["bytes"].as_u64().unwrap() > 0, "{told}");
+    workshop.succeed(&["slice", "cloud.xyz", "-o", "strips", "--exhibit", "exhibit.toml"]);
+    assert!(films(&workshop, "strips") == films(&workshop, "whole"));
+    let object = |build: &str| json(&workshop, &format!("{build}/report.json"))["object"].clone();
+    for key in ["on_films", "outside", "points_of_films", "unit_mm", "size_mm"] {
+        assert_eq!(object("strips")[key], object("whole")[key], "{key}");
+    }
+    // Pictures around it look at whole films.
+    let around = format!("{}[[view]]\nid = \"a\"\npattern = \"cat.jpg\"\n", exhibit("memory_mib = 16\n"));
+    workshop.write("exhibit.toml", around);
+    let refused = workshop.run(&["design", "exhibit.toml", "-o", "around"]);
+    assert_eq!(refused.code, Some(1), "{}", refused.stderr);
+    assert!(refused.stderr.contains("[object] with pictures around it"), "{}", refused.stderr);
+}
