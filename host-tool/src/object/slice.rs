@@ -187,9 +187,10 @@ pub(super) fn lay(
     };
     let turned = around.found();
     if turned.is_empty() {
+        let why = std::iter::once("there is no point with finite coordinates in it".to_owned());
         return Err(ModelError::Empty {
             path: model.path().to_owned(),
-            why: "there is no point with finite coordinates in it".to_owned(),
+            why: why.chain(read.into_iter().flatten()).collect::<Vec<_>>().join("; "),
             help: "look at the model in another program, and export it again",
         });
     }

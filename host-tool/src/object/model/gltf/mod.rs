@@ -114,9 +114,9 @@ impl Gltf {
         images
     }
 
-    /// The index of the image that a material's base colour takes.
+    /// The index of the image that a material's colour takes.
     fn image_of(&self, material: &json::Material) -> Option<usize> {
-        let info = material.pbr_metallic_roughness.base_color_texture.as_ref()?;
+        let info = colour_of(material).1?;
         Some(self.root.textures.get(info.index.value())?.source.value())
     }
 
@@ -259,6 +259,19 @@ impl Walk<'_> {
     }
 }
 
+/// A material's colour and its texture: those that scatter light, where it tells of gloss instead of metal, as
+/// KHR_materials_pbrSpecularGlossiness does.
+fn colour_of(material: &json::Material) -> ([f32; 4], Option<&json::texture::Info>) {
+    let glossy = material.extensions.as_ref().and_then(|known| known.pbr_specular_glossiness.as_ref());
+    match glossy {
+        Some(glossy) => (glossy.diffuse_factor.0, glossy.diffuse_texture.as_ref()),
+        None => {
+            let base = &material.pbr_metallic_roughness;
+            (base.base_color_factor.0, base.base_color_texture.as_ref())
+        }
+    }
+}
+
 /// What a primitive is painted with.
 struct Painted<'a> {
     light: [f32; 3],
@@ -286,9 +299,7 @@ impl<'a> Painted<'a> {
         let Some(material) = material else {
             return Self { light: [1.0; 3], texture: None, coordinates: 0, laid: AS_IT_IS };
         };
-        let base = &material.pbr_metallic_roughness;
-        let [red, green, blue, _] = base.base_color_factor.0;
-        let info = base.base_color_texture.as_ref();
+        let ([red, green, blue, _], info) = colour_of(material);
         let transform = info.and_then(|info| info.extensions.as_ref()?.texture_transform.as_ref());
         let own = info.map_or(0, |info| info.tex_coord);
         Self {

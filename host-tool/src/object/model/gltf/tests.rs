@@ -1,5 +1,7 @@
 //! Textures of glTF: which are read, and how they lie.
 
+use crate::config::ObjectSettings;
+use crate::object::Model;
 use crate::object::model::tests::{OnDisk, folder};
 
 /// Two nodes with a triangle each, of the material `shown`; the other of the two is of nothing in the scene. `transform`
@@ -57,4 +59,27 @@ fn textures_are_moved_turned_and_scaled() {
     // A quarter against the clock takes what is to the right upwards: down is positive.
     let turned = "\"texCoord\": 0, \"rotation\": 1.5707963267948966";
     assert_eq!(places(turned), [[0.0, 0.0], [0.0, -1.0], [0.5, 0.0]]);
+}
+
+#[test]
+fn a_material_of_gloss_has_the_colour_that_it_scatters() {
+    let text = document(1, "").replace(
+        "{\"pbrMetallicRoughness\": {\"baseColorTexture\": {\"index\": 1}}}",
+        "{\"extensions\": {\"KHR_materials_pbrSpecularGlossiness\": {\"diffuseFactor\": [0.5, 0.25, 1, 1],
+        \"diffuseTexture\": {\"index\": 0}}}}",
+    );
+    let on_disk = with_brick(&text);
+    assert_eq!(on_disk.read().unwrap().1[0][0].light, [0.5, 0.25, 1.0]);
+    assert_eq!(Model::open(&on_disk.path).unwrap().files().len(), 2);
+}
+
+#[test]
+fn a_model_of_lines_alone_says_so() {
+    let text = document(0, "").replace("{\"material\": 0, \"attributes\"", "{\"mode\": 1, \"attributes\"");
+    let on_disk = with_brick(&text);
+    let stack = crate::stack::Stack::default();
+    let Err(refused) = crate::object::slice(&on_disk.path, &ObjectSettings::default(), &stack, &[]) else {
+        panic!("lines were laid");
+    };
+    assert!(refused.to_string().contains("primitives[0] is lines: they are left out"), "{refused}");
 }
