@@ -316,7 +316,10 @@ impl Layers {
         }
         let voxel = (film * self.rows.len() + row - self.rows.start) * self.stack.width_px + column;
         let value = u32::from_be_bytes([nearness, red, green, blue]);
-        self.voxels[voxel].fetch_max(value, Ordering::Relaxed);
+        // Looking is cheaper than changing, and most points lie behind another one.
+        if self.voxels[voxel].load(Ordering::Relaxed) < value {
+            self.voxels[voxel].fetch_max(value, Ordering::Relaxed);
+        }
     }
 
     /// Where a point at `[x, y, z]` mm goes; `None` outside.
@@ -340,7 +343,7 @@ impl Layers {
     /// The layer n of Z_n <= z < Z_(n+1), by comparison with the faces themselves.
     #[inline]
     fn layer(&self, z: f64) -> Option<usize> {
-        let guess = ((z - self.faces_mm[0]) / self.stack.film_pitch_mm()).floor();
+        let guess = (z - self.faces_mm[0]) / self.stack.film_pitch_mm();
         // The division may be off by its rounding.
         let guess = guess.clamp(0.0, self.stack.films as f64 - 1.0) as usize;
         let low = if z < self.faces_mm[guess] { guess.checked_sub(1)? } else { guess };

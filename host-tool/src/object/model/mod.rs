@@ -171,6 +171,13 @@ fn open(path: &Path) -> Result<(File, u64), ModelError> {
     opened.map_err(|source| ModelError::Unreadable { path: path.to_owned(), source })
 }
 
+/// The code value nearest to a colour of 0 to 255; what lies beyond counts as these, and no number as 0.
+#[inline]
+fn nearest_code(value: f64) -> u8 {
+    // This cuts what is behind the point off, and does not call for a rounding function.
+    (value + 0.5) as u8
+}
+
 /// Hands the points of a block of records of `bytes` each to `sink`, from all threads.
 fn block_points(block: &[u8], bytes: usize, point: &(impl Fn(&[u8]) -> Point + Sync), sink: &dyn Sink) {
     block.par_chunks(bytes * POINTS_AT_ONCE).for_each_init(

@@ -11,8 +11,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::error::{ModelError, Place};
-use super::text::{Numbers, read_blocks};
-use super::{POINTS_AT_ONCE, open};
+use super::text::{Line, TextLines, read_blocks};
+use super::{POINTS_AT_ONCE, nearest_code, open};
 use crate::object::shape::{Point, Sink, UNCOLOURED};
 
 /// Bytes from which the columns are made out.
@@ -41,8 +41,8 @@ pub(super) fn read(path: &Path, sink: &dyn Sink) -> Result<Vec<String>, ModelErr
     let columns = columns(path, &file)?;
     let read = |lines: Range<u64>, part: &[u8]| {
         let mut points = Vec::with_capacity(POINTS_AT_ONCE);
-        for (line, number) in part.split(|byte| *byte == b'\n').zip(lines.start..) {
-            if number < columns.first_line || is_comment(line) {
+        for (line, number) in TextLines::of(part).zip(lines.start..) {
+            if number < columns.first_line || is_comment(line.bytes()) {
                 continue;
             }
             points.push(columns.point(line).map_err(|what| damaged(path, number, what))?);
@@ -88,7 +88,7 @@ fn columns(path: &Path, file: &File) -> Result<Columns, ModelError> {
     let mut largest: f64 = 0.0;
     for (index, (line, number)) in lines.enumerate() {
         let mut numbers = [0.0; MOST_NUMBERS];
-        let count = match numbers_of(line, &mut numbers) {
+        let count = match numbers_of(line.into(), &mut numbers) {
             // A first line of names, or with the number of points.
             Err(_) | Ok(1) if index == 0 => continue,
             Err(what) => return Err(damaged(path, number, what)),
@@ -124,9 +124,9 @@ fn has_decimal_commas(line: &[u8]) -> bool {
 
 /// Reads the numbers of a line; returns how many there are, at most [`MOST_NUMBERS`] being looked at.
 #[inline]
-fn numbers_of(line: &[u8], numbers: &mut [f64; MOST_NUMBERS]) -> Result<usize, String> {
+fn numbers_of(line: Line<'_>, numbers: &mut [f64; MOST_NUMBERS]) -> Result<usize, String> {
     let mut count = 0;
-    for (found, number) in Numbers::of(line).zip(numbers.iter_mut()) {
+    for (found, number) in line.numbers().zip(numbers.iter_mut()) {
         *number = found?;
         count += 1;
     }
@@ -139,13 +139,13 @@ impl Columns {
         if self.count == WITH_INTENSITY { 4 } else { 3 }
     }
 
-    fn point(self, line: &[u8]) -> Result<Point, String> {
+    fn point(self, line: Line<'_>) -> Result<Point, String> {
         let mut numbers = [0.0; MOST_NUMBERS];
         let count = numbers_of(line, &mut numbers)?;
         if count != self.count {
             return Err(format!("has {count} numbers, but the first point has {}", self.count));
         }
-        let code = |value: f64| (value * self.full).round().clamp(0.0, 255.0) as u8;
+        let code = |value: f64| nearest_code(value * self.full);
         let [x, y, z, grey, ..] = numbers;
         let colour = match self.count {
             3 => UNCOLOURED,

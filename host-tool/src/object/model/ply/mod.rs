@@ -15,7 +15,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use super::error::{ModelError, Place};
-use super::{MOST_VERTICES, POINTS_AT_ONCE, TriangleBatch, block_points, open};
+use super::{MOST_VERTICES, POINTS_AT_ONCE, TriangleBatch, block_points, nearest_code, open};
 use crate::object::shape::{Corner, Point, Sink, UNCOLOURED};
 use header::{Element, Encoding, Header, Kind};
 use source::{AsciiSource, Source};
@@ -117,7 +117,7 @@ impl VertexColumns {
     /// The point of a vertex whose properties `value` gives.
     #[inline]
     fn point(&self, value: impl Fn(usize) -> f64) -> Point {
-        let code = |index: usize| (value(index) / self.full * 255.0).round().clamp(0.0, 255.0) as u8;
+        let code = |index: usize| nearest_code(value(index) / self.full * 255.0);
         Point {
             position: self.position.map(&value),
             colour: self.colour.map_or(UNCOLOURED, |colour| colour.map(code)),

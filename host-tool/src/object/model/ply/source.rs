@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::header::{Element, Encoding, Header};
 use crate::object::model::error::{ModelError, Place};
-use crate::object::model::text::{Lines, Numbers, read_blocks};
+use crate::object::model::text::{Line, Lines, TextLines, read_blocks};
 use crate::object::model::{POINTS_AT_ONCE, open};
 use crate::object::shape::{Point, Sink};
 
@@ -109,9 +109,8 @@ impl AsciiSource {
             let (mut points, mut handed_on) = (Vec::with_capacity(POINTS_AT_ONCE), 0);
             // No line has more than one element: where all lines so far are not too many, no point is.
             let all_are_wanted = lines.end - first_line <= element.count;
-            for (line, number) in part.split(|byte| *byte == b'\n').zip(lines.start..) {
-                let line = line.trim_ascii_end();
-                if line.is_empty() {
+            for (line, number) in TextLines::of(part).zip(lines.start..) {
+                if line.bytes().trim_ascii_end().is_empty() {
                     continue;
                 }
                 match record.read_line(line, element, usize::MAX) {
@@ -158,7 +157,7 @@ impl AsciiSource {
                 None => return Err(lines.damaged(format!("the file ends before its last {}", element.name))),
             }
         };
-        match record.read_line(line, element, list) {
+        match record.read_line(line.into(), element, list) {
             Ok(()) => Ok(record),
             Err(what) => Err(lines.damaged(what)),
         }
@@ -166,10 +165,11 @@ impl AsciiSource {
 }
 
 impl Record {
-    fn read_line(&mut self, line: &[u8], element: &Element, list: usize) -> Result<(), String> {
+    #[inline]
+    fn read_line(&mut self, line: Line<'_>, element: &Element, list: usize) -> Result<(), String> {
         self.numbers.clear();
         self.list.clear();
-        let mut numbers = Numbers::of(line);
+        let mut numbers = line.numbers();
         let mut number =
             || numbers.next().unwrap_or_else(|| Err(format!("a {} has too few numbers", element.name)));
         for (index, property) in element.properties.iter().enumerate() {
