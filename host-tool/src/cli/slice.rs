@@ -34,6 +34,9 @@ x is to the right, y up, z toward the viewer. What lies outside of the stack is 
 Films too large for memory are laid by strips of rows, for each of which the model is read again. They grow in BUILD.unfinished; \
 Ctrl-C or a loss of power costs one strip, and the same command goes on.
 
+To fit them, texts and PLY clouds of up to 12.5 million points are kept in memory (330 MB), larger ones are read twice. \
+With --unit-mm and --centre origin nothing is kept.
+
 With --exhibit, everything else is as that exhibit.toml says; options given here count more.")]
 pub(super) struct Slice {
     /// The model.
