@@ -32,7 +32,7 @@ cargo build -p vitrine
 cargo clippy -p vitrine-tests --features print-tools --test print -- -D warnings
 cargo test -p vitrine-tests --features print-tools --test print
 
-say "instructions of the design engine"
+say "instructions of the design engine and of printing"
 command -v valgrind > /dev/null || tests/install.sh valgrind
 host-tool/benches/instructions.sh
 

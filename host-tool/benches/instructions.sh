@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Counts the instructions of the design engine's kernels and holds them to the budgets in instructions.txt, which
+# Counts the instructions of the design engine's and of printing's kernels and holds them to the budgets in instructions.txt, which
 # are for a processor with AVX2. Counts do not depend on what else the machine does. `--bless` writes the counts
 # found, with a tenth to spare.
 set -euo pipefail

@@ -96,15 +96,16 @@ fn printed(halftone: Halftone) -> Box<dyn Fn()> {
     let film = ChartFilm::new(&shades()).expect("a film");
     let screens = Screens::new(halftone, 2, DPI.dpi_x / DPI.dpi_y);
     let inks = SheetInks::new(Some(Separator::new(&Inks::default())), Some(screens));
+    // One film of two has no assembly sheet, and neither that nor marks are to hide what dots take.
     let job = PrintJob::new(PrintRequest {
-        stack: film.stack().clone(),
+        stack: Stack { films: 2, ..film.stack().clone() },
         films: vec![0],
         exhibit: "Shades".into(),
         volume_blake3: film.blake3(),
         inks: ["red", "green", "blue"].map(str::to_owned),
         resolution: DPI,
         arrangement: Arrangement::Each,
-        marks: true,
+        marks: false,
         mirrored: false,
         pin_mm: 2.0,
         profiles: None,

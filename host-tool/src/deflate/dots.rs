@@ -2,6 +2,18 @@
 //!
 //! Such a dot is three samples of 16 bits, 65,535 less the ink, of which at most one is 0: six bytes of four kinds. What
 //! repeats is looked for dot by dot instead of byte by byte, two bits for each, up to 29 at once.
+//!
+//! Libraries take the bytes, and the bytes have to be painted for them first. Twenty films at 5,760 x 1,440 an inch are
+//! 1.9 GB of such bytes, whose rows are all different. Of 480 rows of one of them (error diffusion, 22.9 MB) came, in
+//! processor time, libraries at an advantage with sixteen rows a stream:
+//!
+//! | | painted in | compressed in | bytes |
+//! |---|---|---|---|
+//! | this | | 18 ms | 0.90 MB |
+//! | `miniz_oxide` 0.8, level 1 | 3 ms | 25 ms | 1.51 MB |
+//! | `fdeflate` 0.3, horizontal differences | 3 ms | 18 ms | 2.62 MB |
+//! | `zlib-rs` 0.6, level 1 | 3 ms | 29 ms | 2.10 MB |
+//! | `zlib-rs` 0.6, level 2 | 3 ms | 40 ms | 1.18 MB |
 
 use super::Piece;
 use super::huffman::{Bits, Code, LONGEST};

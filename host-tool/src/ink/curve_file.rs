@@ -97,7 +97,10 @@ impl CurveFile {
     }
 
     fn parse(text: &str) -> Result<Self, String> {
-        let file: Self = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned())?;
+        let file: Self = toml::from_str(text).map_err(|error| {
+            let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+            format!("line {}: {}", before.matches('\n').count() + 1, error.message().trim())
+        })?;
         if file.format == FORMAT {
             Ok(file)
         } else {
@@ -159,7 +162,8 @@ mod tests {
         let text = file().to_toml().unwrap();
         assert!(told(&text.replace("0.7", "1.7")).contains("[green] is no curve: point 2"));
         assert!(told(&text.replace("format = 1", "format = 9")).contains("this version reads 1"));
-        assert!(told(&text.replacen("coverage", "cover", 1)).contains("cover"));
+        let unknown = told(&text.replacen("coverage", "cover", 1));
+        assert!(unknown.contains("line 5: unknown field `cover`") && !unknown.contains('\n'), "{unknown}");
         assert!(told(&text.replacen("0.5, ", "", 1)).contains("[red] has 2 coverages and 3 lights"));
         assert!(matches!(
             CurveFile::read(&folder.path().join("none.toml")),

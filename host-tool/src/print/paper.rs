@@ -30,7 +30,7 @@ pub struct UnknownPaper(String);
 
 /// The papers in words.
 pub const PAPERS: &str = "A0, A1, A2, A3, A4, letter, legal or tabloid, each also as in \"A4 landscape\", or a roll by its \
-                          width in mm, as in \"roll 610\"";
+                          width of 50 to 5500 mm, as in \"roll 610\"";
 
 /// ISO 216 and ANSI/ASME Y14.1 sizes in mm.
 const SIZES: [(&str, f64, f64); 8] = [
