@@ -145,7 +145,7 @@ fn wrong_models_are_told_and_leave_nothing() {
         (&["far.xyz", "--unit-mm", "1000", "--centre", "origin"], &["vitrine::model::empty", "1 outside"]),
         (&["nothing.ply"], &["vitrine::model::empty", "no point"]),
         (&["none.ply"], &["vitrine::model::unreadable", "none.ply"]),
-        (&["far.xyz", "--films", "200", "--pixels", "16384"], &["vitrine::slice::too_many_voxels"]),
+        (&["far.xyz", "--films", "200", "--pixels", "65536"], &["vitrine::slice::too_many_voxels"]),
     ] {
         let finished = workshop.run(&[&["slice", "-o", "build"], arguments].concat());
         assert_eq!(finished.code, Some(1), "{arguments:?}: {}", finished.stderr);
