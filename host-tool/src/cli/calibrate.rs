@@ -21,7 +21,7 @@ Examples:
   vitrine calibrate photo.jpg -o curves.toml  then `curves = \"curves.toml\"` in [print]
   vitrine print --wedge -o wedge              prints the wedge to photograph under ultraviolet
   vitrine calibrate photo.jpg -o curves.toml --overlay found.png --json
-  vitrine calibrate photo.tif -o curves.toml --gamma 1  developed from raw, values in proportion to light
+  vitrine calibrate photo.tif -o curves.toml --gamma 1  values in proportion to light
 
 The photograph shows the whole wedge in an otherwise dark room, no patch overexposed, all brightness adjustments of the \
 camera off. It may be tilted, turned, and unevenly lit; curves come out within 0.02 of full light.
