@@ -118,9 +118,10 @@ impl VertexColumns {
     #[inline]
     fn point(&self, value: impl Fn(usize) -> f64) -> Point {
         let code = |index: usize| nearest_code(value(index) / self.full * 255.0);
+        let [x, y, z] = self.position;
         Point {
-            position: self.position.map(&value),
-            colour: self.colour.map_or(UNCOLOURED, |colour| colour.map(code)),
+            position: [value(x), value(y), value(z)],
+            colour: self.colour.map_or(UNCOLOURED, |[red, green, blue]| [code(red), code(green), code(blue)]),
         }
     }
 }

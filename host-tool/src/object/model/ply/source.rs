@@ -105,7 +105,7 @@ impl AsciiSource {
         sought.map_err(|source| ModelError::Unreadable { path: path.to_owned(), source })?;
         let first_line = header.lines + 1;
         let read = |lines: Range<u64>, part: &[u8]| {
-            let mut record = Record::default();
+            let mut numbers = vec![0.0; element.properties.len()];
             let (mut points, mut handed_on) = (Vec::with_capacity(POINTS_AT_ONCE), 0);
             // No line has more than one element: where all lines so far are not too many, no point is.
             let all_are_wanted = lines.end - first_line <= element.count;
@@ -113,8 +113,8 @@ impl AsciiSource {
                 if line.bytes().trim_ascii_end().is_empty() {
                     continue;
                 }
-                match record.read_line(line, element, usize::MAX) {
-                    Ok(()) => points.push(point(&record.numbers)),
+                match fill(&mut numbers, line, element) {
+                    Ok(()) => points.push(point(&numbers)),
                     Err(what) => return (handed_on, points, Some((number, what))),
                 }
                 if all_are_wanted && points.len() == POINTS_AT_ONCE {
@@ -164,14 +164,27 @@ impl AsciiSource {
     }
 }
 
+/// Reads the numbers of an element without lists from its line.
+#[inline]
+fn fill(numbers: &mut [f64], line: Line<'_>, element: &Element) -> Result<(), String> {
+    let mut found = line.numbers();
+    for number in numbers {
+        *number = found.next().unwrap_or_else(|| Err(too_few(element)))?;
+    }
+    Ok(())
+}
+
+fn too_few(element: &Element) -> String {
+    format!("a {} has too few numbers", element.name)
+}
+
 impl Record {
     #[inline]
     fn read_line(&mut self, line: Line<'_>, element: &Element, list: usize) -> Result<(), String> {
         self.numbers.clear();
         self.list.clear();
         let mut numbers = line.numbers();
-        let mut number =
-            || numbers.next().unwrap_or_else(|| Err(format!("a {} has too few numbers", element.name)));
+        let mut number = || numbers.next().unwrap_or_else(|| Err(too_few(element)));
         for (index, property) in element.properties.iter().enumerate() {
             let first = number()?;
             self.numbers.push(first);
