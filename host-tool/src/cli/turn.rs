@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use miette::{Diagnostic, Report};
 use thiserror::Error;
 use vitrine::build_folder::{BuildFolder, LookRequest, Turn, turn, write_file};
@@ -11,7 +12,7 @@ use vitrine::plain;
 use vitrine::projection::ViewerDistance;
 
 use super::output::Output;
-use super::view::{angle, level, number, positive};
+use super::view::{angle, level, number, png_file, positive};
 
 /// Write an animation (APNG) of what a viewer sees who walks past a build.
 #[derive(Args)]
@@ -64,7 +65,7 @@ pub(super) struct TurnCommand {
     #[arg(long)]
     dry_run: bool,
     /// The PNG file to write.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(png_file))]
     output: PathBuf,
 }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use miette::{Diagnostic, Report};
 use thiserror::Error;
 use vitrine::build_folder::{BuildFolder, LookRequest, look, look_png, write_file};
@@ -64,7 +65,7 @@ pub(super) struct View {
     #[arg(long)]
     dry_run: bool,
     /// The PNG file to write.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(png_file))]
     output: PathBuf,
 }
 
@@ -165,6 +166,14 @@ fn as_viewed(build: &BuildFolder, id: &str) -> Result<LookRequest, Report> {
     let level = |level: vitrine_exhibit::units::Level| f64::from(level.0) / f64::from(u16::MAX);
     request.lamps = LampPair::new(level(planned.emphasis.top), level(planned.emphasis.bottom));
     Ok(request)
+}
+
+/// The name of a file that will hold a PNG: with another ending it would promise what it is not.
+pub(super) fn png_file(path: PathBuf) -> Result<PathBuf, &'static str> {
+    let is_png = path
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("png") || ending.eq_ignore_ascii_case("apng"));
+    if is_png { Ok(path) } else { Err("a PNG is written: give a name that ends in .png") }
 }
 
 pub(super) fn angle(text: &str) -> Result<f64, String> {

@@ -60,5 +60,10 @@ fn a_dry_run_writes_nothing_and_wrong_input_is_told() {
     let finished = workshop.run(&["turn", "build", "-o", "nowhere/turn.png"]);
     assert!(finished.stderr.contains("vitrine::turn::write"), "{}", finished.stderr);
     assert_eq!(workshop.run(&["turn", "build", "-o", "turn.png", "--steps", "1"]).code, Some(2));
+    for (command, name) in [("turn", "turn.webp"), ("view", "view.jpg"), ("view", "view")] {
+        let finished = workshop.run(&[command, "build", "-o", name]);
+        assert_eq!(finished.code, Some(2), "{command} {name}");
+        assert!(finished.stderr.contains("a name that ends in .png"), "{}", finished.stderr);
+    }
     assert_eq!(workshop.names(), before);
 }
