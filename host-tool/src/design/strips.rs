@@ -3,10 +3,10 @@
 //! What views cannot share lies at low frequencies, so lamps, whites and the report come of the same exhibit in small
 //! ([`StripRequest::small`]), and each strip of rows is then designed in full for these lamps.
 //!
-//! Eq. 1 looks at each voxel by itself: strips of it are, value for value, what the whole design is before rounding. The
-//! optimiser looks at neighbours. So a strip is solved with rows above and below it that are then thrown away: twice as many as any ray
-//! climbs beside it on its way through the stack, and the reach of the structure loss. What is kept differs from the whole
-//! design only by what its far neighbours would have pulled at it.
+//! Eq. 1 looks at each voxel by itself: strips of it are, value for value, what the whole design is before rounding.
+//! The optimiser looks at neighbours. So a strip is solved with rows above and below it that are then thrown away: twice
+//! as many as any ray climbs beside it on its way through the stack, and the reach of the structure loss. What is kept
+//! differs from the whole design only by what its far neighbours would have pulled at it.
 //!
 //! Strips lean with the rays (see [`lean`]), and rounding carries along them what the films above have lost.
 
